@@ -1,0 +1,73 @@
+"""``geomhw helmholtz``: a field as curl-free + divergence-free + harmonic."""
+
+from pathlib import Path
+
+import click
+
+from geomhw_cli import options
+
+
+@click.command(no_args_is_help=True)
+@options.mesh_argument
+@click.option(
+    "--field",
+    "field_spec",
+    metavar="FILE:ARRAY",
+    required=True,
+    help="Vector field per face or per vertex: an array of a mesh file, a .npy file, or columns of a CSV.",
+)
+@options.output_option
+@options.png_option
+@options.no_png_option
+@options.json_option
+@options.quiet_option
+def helmholtz(
+    mesh_path: Path,
+    field_spec: str,
+    outputs: tuple[Path, ...],
+    png: Path | None,
+    no_png: bool,
+    as_json: bool,
+    quiet: bool,
+) -> None:
+    """Helmholtz-Hodge decomposition of a vector field on MESH.
+
+    The tangential part of the field becomes a gradient (curl-free), a turned gradient (coexact) and a harmonic part;
+    the last two are divergence-free. Without -o, writes <stem>.helmholtz.vtk and .png into the current directory.
+
+    \b
+    Arrays, per face:   field, curl_free, divergence_free, coexact, harmonic.
+    Arrays, per vertex: potential, stream_function.
+
+    \b
+    Example: geomhw helmholtz moomoo.off --field moomoo.geodesic.vtk:direction
+    """
+    from geomhw.io.fields import field_file, read_field
+    from geomhw.methods.helmholtz import HelmholtzDecomposition
+    from geomhw.methods.tangent_fields import face_vectors
+    from geomhw.render.pictures import helmholtz_picture
+    from geomhw_cli.job import Job
+
+    job = Job.plan(
+        "helmholtz",
+        mesh_path,
+        outputs=outputs,
+        png=png,
+        no_png=no_png,
+        as_json=as_json,
+        quiet=quiet,
+        inputs=[field_file(field_spec)],
+    )
+    mesh = job.read()
+    with job.stage("read field"):
+        field = read_field(field_spec, mesh)
+    with job.stage("compute"):
+        result = HelmholtzDecomposition(mesh)(face_vectors(mesh, field))
+    job.write(result, helmholtz_picture)
+    shares = result.report["energy_shares"]
+    lines = [
+        f"{name.replace('_', '-')}: {shares[name]:.4%} of the energy" for name in ("curl_free", "coexact", "harmonic")
+    ]
+    if (lost := result.report["normal_part_removed"]) > 1e-12:
+        lines.append(f"note: the field's part normal to the faces ({lost:.4%} of the energy) is left out")
+    job.finish(result, lines)

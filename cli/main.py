@@ -1,0 +1,43 @@
+"""The ``geomhw`` program: its commands, and the one place where an error becomes a message and an exit code."""
+
+from typing import Any
+
+import click
+
+from geomhw import __version__
+from geomhw.errors import GeomhwError
+from geomhw_cli.geodesic import geodesic
+from geomhw_cli.helmholtz import helmholtz
+from geomhw_cli.info import info
+
+
+class Program(click.Group):
+    """Turns what the library refuses into one line on stderr and exit code 1."""
+
+    def invoke(self, ctx: click.Context) -> Any:
+        try:
+            return super().invoke(ctx)
+        except GeomhwError as error:
+            raise click.ClickException(str(error)) from error
+        except MemoryError as error:
+            raise click.ClickException("there is not enough memory for this mesh") from error
+
+
+@click.group(cls=Program, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
+@click.version_option(__version__, prog_name="geomhw")
+def program() -> None:
+    """Geometry on triangle meshes: distances, decompositions and flows, with pictures.
+
+    \b
+    Exit codes: 0 done; 1 the input or the computation failed (one line on stderr says
+    why, and no output is left half written); 2 wrong usage.
+    """
+
+
+for command in (geodesic, helmholtz, info):
+    program.add_command(command)
+
+
+def main() -> None:
+    """Entry point of the console script."""
+    program.main(prog_name="geomhw")

@@ -1,0 +1,42 @@
+"""Arguments and options that several commands share, each declared once."""
+
+from pathlib import Path
+
+import click
+
+FILE = click.Path(path_type=Path)
+
+mesh_argument = click.argument("mesh_path", metavar="MESH", type=FILE)
+
+source_option = click.option(
+    "--source",
+    "sources",
+    metavar="N",
+    type=int,
+    multiple=True,
+    help="Source vertex, counted from 0; may be repeated.  [default: the vertex of largest y]",
+)
+
+time_option = click.option(
+    "--time",
+    metavar="T",
+    default="auto",
+    show_default=True,
+    help="How long heat flows: auto, sqrt-h, h2, a multiple such as 0.5*h2, or a number (length squared). "
+    "auto is sqrt-h (h the mean edge length) where that is a short time, else h2.",
+)
+
+output_option = click.option(
+    "-o",
+    "--output",
+    "outputs",
+    metavar="FILE",
+    type=FILE,
+    multiple=True,
+    help="Mesh with the computed arrays: .vtk, .vtp, .vtu or .ply; may be repeated.",
+)
+
+png_option = click.option("--png", metavar="FILE", type=FILE, help="Picture.")
+no_png_option = click.option("--no-png", is_flag=True, help="No picture.")
+json_option = click.option("--json", "as_json", is_flag=True, help="Print the whole report as JSON.")
+quiet_option = click.option("-q", "--quiet", is_flag=True, help="Print nothing but errors.")

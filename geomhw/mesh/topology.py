@@ -1,0 +1,115 @@
+"""How triangles hang together: edges, boundary loops, components, Euler characteristic."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from geomhw.mesh.arrays import Floats, Ints, frozen
+
+
+@dataclass(frozen=True)
+class Edges:
+    """The unique edges of a mesh and how faces meet in them.
+
+    vertices: (e, 2), the lower index first, in lexicographic order.
+    of_faces: (m, 3), the edge opposite each corner.
+    face_counts: (e,), how many faces meet in the edge: 1 on the boundary, 2 inside, more where not manifold.
+    orientation_sums: (e,), faces that run along it upward less those that run downward; 0 where two agree.
+    """
+
+    vertices: Ints
+    of_faces: Ints
+    face_counts: Ints
+    orientation_sums: Ints
+
+
+def halfedges(faces: Ints) -> Ints:
+    """Directed edges, (m, 3, 2): ``[f, k]`` runs from corner k+1 to corner k+2, opposite corner k."""
+    return np.stack([np.roll(faces, -1, axis=1), np.roll(faces, -2, axis=1)], axis=2)
+
+
+def unique_edges(faces: Ints) -> Edges:
+    """Edges of a triangle mesh by sorting its halfedges."""
+    directed = halfedges(faces).reshape(-1, 2).astype(np.int64)
+    span = np.int64(faces.max(initial=0)) + 1
+    keys, of_faces, counts = np.unique(
+        directed.min(axis=1) * span + directed.max(axis=1), return_inverse=True, return_counts=True
+    )
+    upward = np.where(directed[:, 0] < directed[:, 1], 1, -1)
+    sums = np.bincount(of_faces.ravel(), weights=upward, minlength=len(keys)).astype(np.int64)
+    pairs = np.stack([keys // span, keys % span], axis=1).astype(faces.dtype)
+    return Edges(frozen(pairs), frozen(of_faces.reshape(-1, 3)), frozen(counts), frozen(sums))
+
+
+def vertex_components(edges: Ints, size: int) -> Ints:
+    """Label of the edge-connected component of each vertex, (n,); an isolated vertex is one of its own."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    links = coo_array((np.ones(len(edges), dtype=np.int8), (edges[:, 0], edges[:, 1])), shape=(size, size))
+    labels: Ints = connected_components(links, directed=False)[1]
+    return labels
+
+
+def boundary_loops(faces: Ints, edges: Edges) -> list[Ints]:
+    """Closed chains of boundary vertices, each from its lowest vertex on, in the direction of its faces there.
+
+    Loops that touch in a vertex are cut apart there. Where faces disagree on orientation, a loop goes on against them.
+    """
+    border = halfedges(faces)[edges.face_counts[edges.of_faces] == 1].tolist()
+    onward: dict[int, list[int]] = {}
+    for way in (0, 1):
+        for number, edge in enumerate(border):
+            onward.setdefault(edge[way], []).append(number)
+    unused = [True] * len(border)
+    loops = []
+    # A walk is sequential by nature; it visits boundary edges only.
+    for first in sorted(onward):
+        for start in onward[first]:
+            if unused[start] and border[start][0] == first:
+                loops.append(frozen(np.array(_walk(border, onward, unused, start), dtype=faces.dtype)))
+    return loops
+
+
+def _walk(border: list[list[int]], onward: dict[int, list[int]], unused: list[bool], start: int) -> list[int]:
+    """Vertices from the start of that edge until the walk comes back or finds no unused edge."""
+    first, here = border[start]
+    unused[start] = False
+    loop = [first]
+    while here != first:
+        loop.append(here)
+        step = next((number for number in onward[here] if unused[number]), None)
+        if step is None:
+            break
+        unused[step] = False
+        ahead, behind = border[step]
+        here = behind if ahead == here else ahead
+    return loop
+
+
+def edge_lengths(vertices: Floats, edges: Ints) -> Floats:
+    """Lengths, (e,)."""
+    lengths: Floats = np.linalg.norm(vertices[edges[:, 1]] - vertices[edges[:, 0]], axis=1)
+    return lengths
+
+
+def is_orientable(edges: Edges) -> bool:
+    """Whether faces can be turned so that neighbors agree: a two-coloring of the face graph by "turn or keep".
+
+    Only edges with exactly two faces constrain.
+    """
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    m = len(edges.of_faces)
+    order = np.argsort(edges.of_faces.ravel(), kind="stable")
+    inner = edges.face_counts == 2
+    starts = np.concatenate([[0], np.cumsum(edges.face_counts)[:-1]])[inner]
+    left, right = order[starts] // 3, order[starts + 1] // 3
+    flip = edges.orientation_sums[inner] != 0
+    # Double cover: copy 0 keeps a face, copy 1 turns it; a face joined to its own turned copy is one-sided.
+    rows = np.concatenate([left, left + m])
+    columns = np.concatenate([np.where(flip, right + m, right), np.where(flip, right, right + m)])
+    links = coo_array((np.ones(len(rows), dtype=np.int8), (rows, columns)), shape=(2 * m, 2 * m))
+    labels = connected_components(links, directed=False)[1]
+    return bool(np.all(labels[:m] != labels[m:]))

@@ -1,0 +1,26 @@
+"""Averages between faces and vertices [OATVF, eq. 6]."""
+
+import numpy as np
+import scipy.sparse as sp
+
+from geomhw.mesh.triangle_mesh import TriangleMesh
+
+
+def faces_to_vertices(mesh: TriangleMesh) -> sp.csr_array:
+    """FtoV, P, (n, m): area-weighted mean over the faces round a vertex [OATVF, eq. 6].
+
+    Rows sum to one; the row of a vertex without faces, or whose faces have no area, is empty.
+    """
+    m = mesh.n_faces
+    third = np.repeat(mesh.face_areas / 3, 3)
+    corners = mesh.faces.ravel()
+    total = mesh.vertex_areas[corners]
+    weights = np.divide(third, total, out=np.zeros_like(third), where=total > 0)
+    return sp.coo_array((weights, (corners, np.repeat(np.arange(m), 3))), shape=(mesh.n_vertices, m)).tocsr()
+
+
+def vertices_to_faces(mesh: TriangleMesh) -> sp.csr_array:
+    """VtoF, Q, (m, n): mean of the three corners; rows sum to one."""
+    m = mesh.n_faces
+    thirds = np.full(3 * m, 1 / 3)
+    return sp.csr_array((thirds, mesh.faces.ravel(), np.arange(0, 3 * m + 1, 3)), shape=(m, mesh.n_vertices))

@@ -1,0 +1,48 @@
+"""What a method hands over: named fields on a mesh, and a report."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import numpy as np
+
+from geomhw.errors import FieldError
+from geomhw.mesh.arrays import Floats, Ints
+from geomhw.mesh.triangle_mesh import TriangleMesh
+
+Location = Literal["vertex", "face", "mesh"]
+
+
+@dataclass(frozen=True)
+class Field:
+    """An array on a mesh: one row per vertex, per face, or (``mesh``) values that belong to the whole, such as dt."""
+
+    name: str
+    location: Location
+    values: Floats | Ints
+
+
+@dataclass(frozen=True)
+class Result:
+    """A mesh with the fields that a method computed on it, and a report of plain JSON values."""
+
+    mesh: TriangleMesh
+    fields: Sequence[Field] = ()
+    report: dict[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        rows = {"vertex": self.mesh.n_vertices, "face": self.mesh.n_faces}
+        for item in self.fields:
+            expected = rows.get(item.location)
+            if expected is not None and len(item.values) != expected:
+                raise FieldError(
+                    f"field '{item.name}' has {len(item.values)} rows where the mesh has "
+                    f"{expected} {'vertices' if item.location == 'vertex' else 'faces'}"
+                )
+
+    def __getitem__(self, name: str) -> Floats | Ints:
+        """Values of the field of that name; KeyError says which there are."""
+        for item in self.fields:
+            if item.name == name:
+                return np.asarray(item.values)
+        raise KeyError(f"no field '{name}'; there are {', '.join(f.name for f in self.fields)}")

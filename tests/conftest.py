@@ -1,0 +1,79 @@
+"""The mesh zoo: every operator and identity is tested on all of it."""
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from geomhw.mesh.primitives import genus_two, grid, icosphere, strip, torus
+from geomhw.mesh.triangle_mesh import TriangleMesh
+
+REFERENCE = os.environ.get("GEOMHW_REFERENCE")
+needs_reference = pytest.mark.skipif(REFERENCE is None, reason="GEOMHW_REFERENCE names no folder of reference meshes")
+
+
+def reference(path: str) -> Path:
+    """A file of the reference folder; only in tests marked ``needs_reference``."""
+    assert REFERENCE is not None
+    return Path(REFERENCE).resolve() / path
+
+
+def crumpled(mesh: TriangleMesh, seed: int = 5) -> TriangleMesh:
+    """The same connectivity with every vertex shaken by a fifth of an edge: no symmetry to hide behind."""
+    noise = np.random.default_rng(seed).normal(size=mesh.vertices.shape)
+    return TriangleMesh(mesh.vertices + 0.2 * mesh.mean_edge_length * noise, mesh.faces)
+
+
+def two_spheres() -> TriangleMesh:
+    """Two components and, between them, a vertex that no face uses."""
+    ball = icosphere(2)
+    n = ball.n_vertices
+    vertices = np.concatenate([ball.vertices, [[9.0, 9.0, 9.0]], ball.vertices * 0.5 + [4.0, 0.0, 0.0]])
+    return TriangleMesh(vertices, np.concatenate([ball.faces, ball.faces + n + 1]))
+
+
+def annulus() -> TriangleMesh:
+    """A flat square with a square hole: two boundary loops."""
+    square = grid(9, 9)
+    inside = np.abs(square.face_centers[:, :2] - square.vertices.mean(axis=0)[:2]).max(axis=1) < 0.17
+    return TriangleMesh(square.vertices, square.faces[~inside])
+
+
+ZOO: dict[str, Callable[[], TriangleMesh]] = {
+    "triangle": lambda: TriangleMesh([[0, 0, 0], [1, 0, 0], [0.3, 1, 0]], [[0, 1, 2]]),
+    "tetrahedron": lambda: TriangleMesh(
+        [[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]], [[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]]
+    ),
+    "sphere": lambda: icosphere(3),
+    "crumpled_sphere": lambda: crumpled(icosphere(2)),
+    "torus": lambda: torus(24, 12),
+    "crumpled_torus": lambda: crumpled(torus(20, 12)),
+    "genus_two": genus_two,
+    "grid": lambda: grid(8, 6),
+    "strip": lambda: strip(40),
+    "annulus": annulus,
+    "two_spheres": two_spheres,
+}
+CLOSED = {"tetrahedron": 0, "sphere": 0, "crumpled_sphere": 0, "torus": 1, "crumpled_torus": 1, "genus_two": 2}
+_built: dict[str, TriangleMesh] = {}
+
+
+def zoo_mesh(name: str) -> TriangleMesh:
+    """That mesh of the zoo, built once."""
+    if name not in _built:
+        _built[name] = ZOO[name]()
+    return _built[name]
+
+
+@pytest.fixture(params=ZOO)
+def mesh(request: pytest.FixtureRequest) -> TriangleMesh:
+    """Each mesh of the zoo in turn."""
+    return zoo_mesh(request.param)
+
+
+@pytest.fixture(params=CLOSED)
+def closed_mesh(request: pytest.FixtureRequest) -> tuple[TriangleMesh, int]:
+    """Each closed connected mesh with its genus."""
+    return zoo_mesh(request.param), CLOSED[request.param]

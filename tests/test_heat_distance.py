@@ -1,0 +1,240 @@
+"""The heat method: golden values, exact and analytic answers, convergence, reach, and what it refuses."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from conftest import needs_reference, reference, zoo_mesh
+
+from geomhw.errors import FieldError, MeshError
+from geomhw.mesh.distances import edge_path_distance
+from geomhw.mesh.primitives import grid, icosphere, strip
+from geomhw.mesh.triangle_mesh import TriangleMesh
+from geomhw.methods.heat_distance import HeatDistance, heat_distance
+from geomhw.methods.sources import default_source
+from geomhw.methods.time_step import time_step
+
+
+def great_circle(mesh: TriangleMesh, source: int) -> np.ndarray:
+    """Exact distance on the unit sphere."""
+    a, b = mesh.vertices, mesh.vertices[source]
+    return np.arctan2(np.linalg.norm(np.cross(a, b), axis=1), a @ b)
+
+
+def mean_relative_error(level: int, time: str) -> float:
+    """Over all vertices but the source, in %, averaged over sources of five and of six neighbors."""
+    mesh = icosphere(level)
+    solver = HeatDistance(mesh, time)
+    errors = []
+    for source in (0, 11, 12, 20, 42, 100, 300, 641):
+        exact = great_circle(mesh, source)
+        others = np.arange(mesh.n_vertices) != source
+        distance = solver.from_vertices([source])["distance"]
+        errors.append(np.mean(np.abs(distance - exact)[others] / exact[others]))
+    return 100 * float(np.mean(errors))
+
+
+@pytest.mark.parametrize(("time", "bounds"), [("h2", (1.8, 1.2, 0.8, 0.65)), ("sqrt-h", (1.7, 0.8, 0.4, 0.2))])
+def test_error_on_the_sphere(time: str, bounds: tuple[float, ...]) -> None:
+    """Mean relative error against the great circle, in %, on 642, 2,562, 10,242 and 40,962 vertices."""
+    errors = [mean_relative_error(level, time) for level in (3, 4, 5, 6)]
+    assert all(error <= bound for error, bound in zip(errors, bounds, strict=True)), errors
+
+
+@needs_reference
+@pytest.mark.parametrize("source", [[868], None])
+def test_golden_values(source: list[int] | None) -> None:
+    """Every value of an independent implementation, on the handout's mesh with the handout's defaults."""
+    from geomhw.io import read_mesh
+
+    mesh = read_mesh(reference("meshes/closed/moomoo.off"))
+    result = HeatDistance(mesh).from_vertices(source or [default_source(mesh)])
+    golden = np.genfromtxt(reference("golden/moomoo_geodesic.csv"), delimiter=",", names=True)
+    for name in ("heat", "divergence", "distance"):
+        expected = golden[name]
+        np.testing.assert_allclose(result[name], expected, rtol=0, atol=1e-8 * np.abs(expected).max())
+    assert result.report["farthest"]["vertex"] == 765
+    assert result.report["farthest"]["distance"] == pytest.approx(66.9407437317, abs=1e-9)
+    assert mesh.mean_edge_length == pytest.approx(2.06515566663802, rel=1e-14)
+    assert result.report["mean_distance"] == pytest.approx(35.5256774654, abs=1e-9)
+
+
+@needs_reference
+@pytest.mark.parametrize("time", ["sqrt-h", "h2"])
+@pytest.mark.parametrize(
+    "name", ["moomoo.off", "spot.obj", "kitten.obj", "3holes.off", "eight.off", "fandisk.obj", "armadillo.obj"]
+)
+def test_real_meshes(name: str, time: str) -> None:
+    """Finite, and zero only at the source."""
+    from geomhw.io import read_mesh
+
+    distance = heat_distance(read_mesh(reference(f"meshes/closed/{name}")), [0], time)
+    assert np.isfinite(distance).all()
+    assert np.flatnonzero(distance <= 0).tolist() == [0]
+
+
+def test_heat_step_is_solved(mesh: TriangleMesh) -> None:
+    """(M + tS) u is one at the source and zero elsewhere; u sums to one against the mass; directions are unit."""
+    from geomhw.operators.laplacian import lumped_mass, stiffness
+
+    solver = HeatDistance(mesh, "h2")
+    result = solver.from_vertices([0])
+    u = result["heat"]
+    residual = lumped_mass(mesh) @ u + solver.time.t * (stiffness(mesh) @ u)
+    residual[0] -= 1
+    assert np.abs(residual).max() < 1e-12
+    assert (lumped_mass(mesh) @ u).sum() == pytest.approx(1, rel=1e-12)
+    reached = np.isin(mesh.components, mesh.components[0])[mesh.faces[:, 0]]
+    lengths = np.linalg.norm(result["direction"], axis=1)
+    np.testing.assert_allclose(lengths, reached, atol=1e-14)
+    along = np.einsum("fx,fx->f", result["direction"], result["heat_gradient"])
+    np.testing.assert_allclose(
+        along, -np.linalg.norm(result["heat_gradient"], axis=1), atol=1e-12 * np.abs(along).max()
+    )
+
+
+@pytest.mark.parametrize("factor", [1e-6, 1e6])
+def test_scaling_and_moving(factor: float) -> None:
+    """Distance scales with the mesh and does not care where it lies."""
+    mesh = zoo_mesh("crumpled_torus")
+    before = heat_distance(mesh, [3], "h2")
+    scaled = heat_distance(TriangleMesh(mesh.vertices * factor, mesh.faces), [3], "h2")
+    np.testing.assert_allclose(scaled, before * factor, rtol=1e-9)
+    moved = heat_distance(TriangleMesh(mesh.vertices + np.array([1e3, -2e3, 500]), mesh.faces), [3], "h2")
+    np.testing.assert_allclose(moved, before, rtol=0, atol=1e-9 * before.max())
+
+
+def test_renumbering() -> None:
+    """Distance does not care in which order vertices and faces come."""
+    mesh = zoo_mesh("crumpled_torus")
+    rng = np.random.default_rng(1)
+    order = rng.permutation(mesh.n_vertices)
+    name = np.argsort(order)
+    faces = name[mesh.faces[rng.permutation(mesh.n_faces)]]
+    shuffled = heat_distance(TriangleMesh(mesh.vertices[order], faces), [int(name[3])], "h2")
+    np.testing.assert_allclose(shuffled, heat_distance(mesh, [3], "h2")[order], rtol=0, atol=1e-11)
+
+
+def test_no_silent_underflow() -> None:
+    """On a strip of 3000 cells heat fades 1000 orders below the smallest double; the far end is still right."""
+    mesh = strip(3000)
+    for time in ("auto", "0.3*h2", "h2", "20*h2"):
+        result = HeatDistance(mesh, time).from_vertices([0])
+        far = result["distance"][np.isclose(mesh.vertices[:, 0], 2999)]
+        np.testing.assert_allclose(far, 2999, rtol=0.01)
+        np.testing.assert_allclose(np.linalg.norm(result["direction"], axis=1), 1, atol=1e-12)
+
+
+def test_beyond_reach_agrees_with_within() -> None:
+    """Where plain doubles suffice, the scaled system gives the same heat."""
+    from geomhw.operators.laplacian import lumped_mass, stiffness
+    from geomhw.solvers import wavefront
+    from geomhw.solvers.direct import DirectSolver
+
+    mesh = strip(300)
+    t = mesh.mean_edge_length**2
+    A = (lumped_mass(mesh) + t * stiffness(mesh)).tocsr()
+    rhs = np.zeros(mesh.n_vertices)
+    rhs[0] = 1
+    plain = DirectSolver(A)(rhs)
+    travel = edge_path_distance(mesh, np.array([0])) / np.sqrt(t)
+    forgetful = np.where(plain > 1e-20, plain, 0.0)  # as if doubles ended at 1e-20
+    old, wavefront.REACH = wavefront.REACH, 40.0
+    try:
+        far = wavefront.solve_decaying(A, rhs, forgetful, travel)
+    finally:
+        wavefront.REACH = old
+    np.testing.assert_allclose(far.log, np.log(plain), atol=1e-9)
+
+
+def test_several_sources() -> None:
+    """Zero at each source, nowhere negative, and close to the least of the single distances."""
+    mesh = icosphere(4)
+    sources = [0, 500, 1700]
+    distance = heat_distance(mesh, sources)
+    assert np.flatnonzero(distance <= 0).tolist() == sources
+    least = np.min([great_circle(mesh, s) for s in sources], axis=0)
+    assert np.abs(distance - least).mean() < 0.03 * least.mean()
+
+
+def test_sources_in_a_row() -> None:
+    """From one side of a square, distance is the height above it."""
+    mesh = grid(20, 20, 1.0, 1.0)
+    y = mesh.vertices[:, 1] - mesh.vertices[:, 1].min()
+    side = np.flatnonzero(y == 0)
+    distance = heat_distance(mesh, side)
+    np.testing.assert_allclose(distance, y, atol=0.02)
+    assert distance[side].tolist() == [0] * len(side)
+
+
+def test_repeated_sources_count_once() -> None:
+    """A source given twice is one source."""
+    mesh = zoo_mesh("sphere")
+    np.testing.assert_array_equal(heat_distance(mesh, [5, 5]), heat_distance(mesh, [5]))
+
+
+def test_unreachable_is_infinite() -> None:
+    """The other component, and the vertex that no face uses, are inf; the report counts what lies on the surface."""
+    mesh = zoo_mesh("two_spheres")
+    result = HeatDistance(mesh).from_vertices([0])
+    assert np.isfinite(result["distance"][:162]).all()
+    assert np.isinf(result["distance"][162:]).all()
+    assert result.report["unreachable_vertices"] == 162
+    both = heat_distance(mesh, [0, 200])
+    assert np.flatnonzero(np.isinf(both)).tolist() == [162]
+    np.testing.assert_allclose(both[:162], result["distance"][:162], rtol=1e-12)
+
+
+def test_solver_answers_many() -> None:
+    """One factorization serves many sources, with the same answers as one-offs."""
+    mesh = zoo_mesh("torus")
+    solver = HeatDistance(mesh)
+    for source in (0, 17, 200):
+        np.testing.assert_array_equal(solver.from_vertices([source])["distance"], heat_distance(mesh, [source]))
+
+
+def test_time_auto_switches() -> None:
+    """auto takes √h between 0.1 h² and 4 h², else h²."""
+    assert time_step("auto", 2.0).t == pytest.approx(np.sqrt(2))
+    assert time_step("auto", 0.01).t == pytest.approx(1e-4)
+    assert time_step("auto", 5.0).t == pytest.approx(25)
+    assert time_step("sqrt-h", 5.0).t == pytest.approx(np.sqrt(5))
+    assert time_step("0.5*h2", 3.0).t == pytest.approx(4.5)
+    assert time_step(0.25, 3.0).t == 0.25
+    assert time_step("1e-3", 3.0).t == 1e-3
+
+
+@pytest.mark.parametrize("bad", ["0", "-1", "nan", "inf", "soon", "2*h", "h2*2", "-1*h2", "", "x*h2"])
+def test_time_refusals(bad: str) -> None:
+    """What is no positive time is refused with what would be one."""
+    with pytest.raises(FieldError, match=r"time step"):
+        time_step(bad, 1.0)
+
+
+@pytest.mark.parametrize(
+    ("sources", "words"),
+    [
+        ([], "no source"),
+        ([325], r"source 325 is not a vertex: .*0 to 324"),
+        ([-1], "source -1"),
+        ([1.5], "whole number"),
+        ([162], "belongs to no face"),
+    ],
+)
+def test_source_refusals(sources: list[int], words: str) -> None:
+    """A source must be a vertex of the surface."""
+    with pytest.raises(FieldError, match=words):
+        HeatDistance(zoo_mesh("two_spheres")).from_vertices(sources)
+
+
+def test_zero_area_is_refused() -> None:
+    """A face without area is named before anything is computed."""
+    flat = TriangleMesh([[0, 0, 0], [1, 0, 0], [2, 0, 0], [0, 1, 0]], [[0, 1, 3], [0, 1, 2]])
+    with pytest.raises(MeshError, match=r"face 1 .*zero area"):
+        HeatDistance(flat)
+
+
+def test_default_source_is_highest(tmp_path: Path) -> None:
+    """The largest y, the lowest index on a tie, and never a loose vertex."""
+    mesh = TriangleMesh([[0, 0, 0], [1, 1, 0], [0, 1, 1], [5, 9, 5]], [[0, 1, 2]])
+    assert default_source(mesh) == 1

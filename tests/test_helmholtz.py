@@ -1,0 +1,145 @@
+"""Helmholtz-Hodge decomposition: exact on every closed mesh, with harmonic fields where there are handles."""
+
+import numpy as np
+import pytest
+from conftest import crumpled, needs_reference, reference, zoo_mesh
+
+from geomhw.errors import FieldError, MeshError
+from geomhw.mesh.primitives import icosphere, torus
+from geomhw.mesh.triangle_mesh import TriangleMesh
+from geomhw.methods.helmholtz import HelmholtzDecomposition
+from geomhw.methods.tangent_fields import energy
+from geomhw.operators.gradient import divergence, gradient
+from geomhw.results import Result
+
+PARTS = ("curl_free", "coexact", "harmonic")
+
+
+def decomposed(mesh: TriangleMesh, seed: int = 0) -> Result:
+    """A random field, in its parts."""
+    return HelmholtzDecomposition(mesh)(np.random.default_rng(seed).normal(size=(mesh.n_faces, 3)))
+
+
+def check_parts(mesh: TriangleMesh, genus: int) -> None:
+    """The parts add up, are orthogonal, and the rest is free of divergence; harmonic where there are handles."""
+    result = decomposed(mesh)
+    V = result["field"]
+    size = np.abs(V).max()
+    np.testing.assert_allclose(sum(result[part] for part in PARTS), V, atol=1e-10 * size)
+    np.testing.assert_allclose(result["coexact"] + result["harmonic"], result["divergence_free"], atol=1e-10 * size)
+    total = energy(mesh, V)
+    for i, j in ((0, 1), (0, 2), (1, 2)):
+        product = mesh.face_areas @ np.einsum("fx,fx->f", result[PARTS[i]], result[PARTS[j]])
+        assert abs(product) < 1e-10 * total
+    Div = divergence(mesh)
+    scale = (abs(Div) @ np.abs(V).ravel()).max()
+    for part in ("divergence_free", "coexact", "harmonic"):
+        assert np.abs(Div @ result[part].ravel()).max() < 1e-10 * scale
+    harmonic = energy(mesh, result["harmonic"]) / total
+    if genus == 0:
+        assert harmonic < 1e-20
+    else:
+        assert harmonic > 1e-6
+
+
+def test_closed_meshes(closed_mesh: tuple[TriangleMesh, int]) -> None:
+    """Every closed mesh of the zoo."""
+    check_parts(*closed_mesh)
+
+
+@needs_reference
+@pytest.mark.parametrize(("name", "genus"), [("moomoo.off", 0), ("kitten.obj", 1), ("eight.off", 2), ("3holes.off", 3)])
+def test_real_closed_meshes(name: str, genus: int) -> None:
+    """Real meshes of genus 0 to 3."""
+    from geomhw.io import read_mesh
+
+    check_parts(read_mesh(reference(f"meshes/closed/{name}")), genus)
+
+
+@pytest.mark.parametrize("name", ["grid", "annulus", "strip", "two_spheres", "triangle"])
+def test_boundary_and_components(name: str) -> None:
+    """With boundary or in several pieces: the same identities; genus zero has no harmonic part."""
+    check_parts(zoo_mesh(name), 0)
+
+
+def test_boundary_is_not_crossed() -> None:
+    """No flux of the divergence-free rest leaves the annulus: its divergence at boundary vertices counts the flux."""
+    mesh = zoo_mesh("annulus")
+    result = decomposed(mesh)
+    spread = divergence(mesh) @ result["divergence_free"].ravel()
+    assert np.abs(spread[mesh.boundary_vertices]).max() < 1e-12
+
+
+def test_gradient_is_curl_free() -> None:
+    """A gradient is its own curl-free part, and its potential is the function less its mean."""
+    mesh = zoo_mesh("crumpled_torus")
+    f = np.sin(3 * mesh.vertices[:, 0])
+    result = HelmholtzDecomposition(mesh)((gradient(mesh) @ f).reshape(-1, 3))
+    np.testing.assert_allclose(result["curl_free"], result["field"], atol=1e-11)
+    mean = (mesh.vertex_areas @ f) / mesh.vertex_areas.sum()
+    np.testing.assert_allclose(result["potential"], f - mean, atol=1e-12)
+
+
+def test_turned_gradient_is_coexact() -> None:
+    """n x ∇f of a vertex function is divergence-free, with stream function f, and projecting changes nothing."""
+    mesh = zoo_mesh("crumpled_sphere")
+    f = np.sin(2 * mesh.vertices[:, 2])
+    V = np.cross(mesh.face_normals, (gradient(mesh) @ f).reshape(-1, 3))
+    decomposition = HelmholtzDecomposition(mesh)
+    np.testing.assert_allclose(decomposition(V)["coexact"], V, atol=1e-11)
+    np.testing.assert_allclose(decomposition.project(V), V, atol=1e-11)
+    np.testing.assert_allclose(decomposition.project((gradient(mesh) @ f).reshape(-1, 3)), 0, atol=1e-11)
+
+
+def test_rotation_of_the_sphere() -> None:
+    """The rigid rotation e_z x r is coexact; its stream function converges to -z as h²."""
+    errors, sizes = [], []
+    for level in (3, 4, 5):
+        mesh = icosphere(level)
+        result = HelmholtzDecomposition(mesh)(np.cross([0, 0, 1], mesh.face_centers))
+        errors.append(np.sqrt(np.mean((result["stream_function"] + mesh.vertices[:, 2]) ** 2)))
+        sizes.append(mesh.mean_edge_length)
+        assert result.report["energy_shares"]["coexact"] > 0.999
+    assert np.polyfit(np.log(sizes), np.log(errors), 1)[0] > 1.8
+
+
+def test_harmonic_fields_of_the_torus() -> None:
+    """Harmonic parts of any three fields on a torus span two dimensions, on a symmetric and on a crumpled one."""
+    for mesh in (torus(20, 10), crumpled(torus(20, 10))):
+        parts = np.stack([decomposed(mesh, seed)["harmonic"].ravel() for seed in range(3)])
+        values = np.linalg.svd(parts, compute_uv=False)
+        assert values[1] > 1e-3 * values[0]
+        assert values[2] < 1e-10 * values[0]
+
+
+def test_normal_part_is_reported() -> None:
+    """What sticks out of the surface is left out, and its share of the energy is reported."""
+    mesh = zoo_mesh("sphere")
+    V = np.cross([0, 0, 1], mesh.face_centers)
+    given = V + mesh.face_normals
+    report = HelmholtzDecomposition(mesh)(given).report
+    assert report["normal_part_removed"] == pytest.approx(mesh.face_areas.sum() / energy(mesh, given), rel=1e-3)
+
+
+def test_zero_field() -> None:
+    """The zero field has zero parts and a report without NaN."""
+    mesh = zoo_mesh("sphere")
+    result = HelmholtzDecomposition(mesh)(np.zeros((mesh.n_faces, 3)))
+    assert not result["harmonic"].any()
+    assert result.report["energy_shares"]["harmonic"] == 0
+
+
+def test_refusals() -> None:
+    """A field of the wrong size, a NaN, a mesh without orientation."""
+    mesh = zoo_mesh("sphere")
+    decomposition = HelmholtzDecomposition(mesh)
+    with pytest.raises(FieldError, match=r"\(1280, 3\)"):
+        decomposition(np.zeros((5, 3)))
+    bad = np.zeros((mesh.n_faces, 3))
+    bad[7, 1] = np.nan
+    with pytest.raises(FieldError, match="face 7"):
+        decomposition(bad)
+    faces = mesh.faces.copy()
+    faces[3] = faces[3, ::-1]
+    with pytest.raises(MeshError, match="oriented"):
+        HelmholtzDecomposition(TriangleMesh(mesh.vertices, faces))

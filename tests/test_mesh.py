@@ -1,0 +1,168 @@
+"""TriangleMesh: identities of geometry and topology on every mesh of the zoo, and what it refuses."""
+
+import numpy as np
+import pytest
+from conftest import CLOSED, zoo_mesh
+
+from geomhw.errors import MeshError
+from geomhw.mesh.primitives import grid, icosphere
+from geomhw.mesh.triangle_mesh import TriangleMesh
+
+
+def test_gauss_bonnet(mesh: TriangleMesh) -> None:
+    """Angle defects, with geodesic curvature on the boundary, sum to 2π χ."""
+    angle_sums = np.bincount(mesh.faces.ravel(), weights=mesh.angles.ravel(), minlength=mesh.n_vertices)
+    full = np.full(mesh.n_vertices, 2 * np.pi)
+    full[mesh.boundary_vertices] = np.pi
+    full[mesh.unreferenced_vertices] = 0
+    assert (full - angle_sums).sum() == pytest.approx(2 * np.pi * mesh.euler_characteristic, abs=1e-9)
+
+
+def test_area_by_three_routes(mesh: TriangleMesh) -> None:
+    """Faces, vertices and ½ |e1||e2| sin of each corner agree."""
+    lengths = np.linalg.norm(mesh.opposite_edges, axis=2)
+    by_sine = np.roll(lengths, 1, axis=1) * np.roll(lengths, -1, axis=1) * np.sin(mesh.angles) / 2
+    np.testing.assert_allclose(by_sine, np.repeat(mesh.face_areas[:, None], 3, axis=1), rtol=1e-12)
+    assert mesh.vertex_areas.sum() == pytest.approx(mesh.face_areas.sum(), rel=1e-13)
+
+
+def test_face_normals_and_angles(mesh: TriangleMesh) -> None:
+    """Normals are unit and normal to the edges; angles of a triangle sum to π; cotangents are those of the angles."""
+    np.testing.assert_allclose(np.linalg.norm(mesh.face_normals, axis=1), 1, atol=1e-14)
+    across = np.einsum("fx,fkx->fk", mesh.face_normals, mesh.opposite_edges)
+    np.testing.assert_allclose(across, 0, atol=1e-13 * mesh.edge_lengths.max())
+    np.testing.assert_allclose(mesh.angles.sum(axis=1), np.pi, atol=1e-13)
+    np.testing.assert_allclose(mesh.cotangents * np.sin(mesh.angles), np.cos(mesh.angles), atol=1e-13)
+
+
+def test_tangent_frames(mesh: TriangleMesh) -> None:
+    """Frames are orthonormal and right-handed about the vertex normal."""
+    e1, e2 = mesh.tangent_frames.transpose(1, 0, 2)
+    on_surface = np.setdiff1d(np.arange(mesh.n_vertices), mesh.unreferenced_vertices)
+    np.testing.assert_allclose(np.cross(e1, e2)[on_surface], mesh.vertex_normals[on_surface], atol=1e-14)
+    np.testing.assert_allclose(np.linalg.norm(e1, axis=1), 1, atol=1e-14)
+
+
+def test_edges_count_their_faces(mesh: TriangleMesh) -> None:
+    """Each face has three edges; the edge opposite a corner does not contain it."""
+    table = mesh.edge_table
+    assert table.face_counts.sum() == 3 * mesh.n_faces
+    ends = mesh.edges[table.of_faces]
+    assert not (ends == mesh.faces[:, :, None]).any()
+    others = np.stack([np.roll(mesh.faces, -1, axis=1), np.roll(mesh.faces, -2, axis=1)], axis=2)
+    assert np.array_equal(ends, np.sort(others, axis=2))
+
+
+@pytest.mark.parametrize("name", CLOSED)
+def test_genus(name: str) -> None:
+    """Closed meshes have the genus that they were built with."""
+    mesh = zoo_mesh(name)
+    assert mesh.is_closed
+    assert mesh.boundary_loops == []
+    assert mesh.genus == CLOSED[name]
+    assert mesh.euler_characteristic == 2 - 2 * CLOSED[name]
+
+
+def test_components_and_unreferenced() -> None:
+    """Two spheres and a loose vertex: two components; the vertex is counted apart."""
+    mesh = zoo_mesh("two_spheres")
+    assert mesh.n_components == 2
+    assert mesh.unreferenced_vertices.tolist() == [162]
+    assert mesh.genus == 0
+    assert len(np.unique(mesh.components)) == 3
+
+
+def test_boundary_loops_follow_their_faces() -> None:
+    """The square with a hole: outer loop counterclockwise, inner clockwise, each boundary vertex once."""
+    mesh = zoo_mesh("annulus")
+    assert sorted(len(loop) for loop in mesh.boundary_loops) == [12, 36]
+    assert np.array_equal(np.sort(np.concatenate(mesh.boundary_loops)), mesh.boundary_vertices)
+    for loop in mesh.boundary_loops:
+        x, y = mesh.vertices[loop, :2].T
+        signed = (x * np.roll(y, -1) - y * np.roll(x, -1)).sum() / 2
+        assert signed > 0 if len(loop) == 36 else signed < 0
+
+
+def test_loops_that_touch_are_two() -> None:
+    """Two triangles that share one vertex have two loops of three."""
+    mesh = TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0]], [[0, 1, 2], [0, 3, 4]])
+    assert [len(loop) for loop in mesh.boundary_loops] == [3, 3]
+
+
+def test_moebius_band_is_not_orientable() -> None:
+    """A strip closed with a half twist is one-sided, has one loop and no genus."""
+    n = 12
+    angle = np.linspace(0, 2 * np.pi, n, endpoint=False)
+    half = np.stack([np.cos(angle / 2) * np.cos(angle), np.cos(angle / 2) * np.sin(angle), np.sin(angle / 2)], axis=1)
+    middle = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
+    vertices = np.concatenate([middle - 0.3 * half, middle + 0.3 * half])
+    i = np.arange(n)
+    low, high = np.append(i[1:], n), np.append(i[1:] + n, 0)
+    faces = np.concatenate([np.stack([i, low, high], axis=1), np.stack([i, high, i + n], axis=1)])
+    mesh = TriangleMesh(vertices, faces)
+    assert not mesh.is_orientable
+    assert mesh.genus is None
+    assert [sorted(loop.tolist()) for loop in mesh.boundary_loops] == [list(range(2 * n))]
+
+
+def test_flipped_face_is_orientable_but_not_oriented() -> None:
+    """Turning one face breaks the orientation, not the orientability."""
+    ball = icosphere(1)
+    faces = ball.faces.copy()
+    faces[3] = faces[3, ::-1]
+    mesh = TriangleMesh(ball.vertices, faces)
+    assert not mesh.is_oriented
+    assert mesh.is_orientable
+    assert mesh.genus == 0
+
+
+def test_arrays_are_read_only_and_own() -> None:
+    """Neither the mesh nor the caller can change the other's arrays."""
+    vertices = np.eye(3)
+    mesh = TriangleMesh(vertices, [[0, 1, 2]])
+    vertices[0] = 7
+    assert mesh.vertices[0, 0] == 1
+    for array in (mesh.vertices, mesh.faces, mesh.face_areas, mesh.edges, mesh.vertex_normals, mesh.tangent_frames):
+        with pytest.raises(ValueError, match="read-only"):
+            array[0] = 0
+
+
+@pytest.mark.parametrize("factor", [1e-6, 1e6])
+def test_degeneracy_is_scale_free(factor: float) -> None:
+    """A sliver with a height of 1e-9 of its length has area at any scale; a zero-area face has none."""
+    thin = np.array([[0, 0, 0], [1, 0, 0], [0.5, 1e-9, 0]])
+    assert TriangleMesh(thin * factor, [[0, 1, 2]]).degenerate_faces.size == 0
+    flat = np.array([[0, 0, 0], [1, 0, 0], [0.5, 0, 0]])
+    assert TriangleMesh(flat * factor + 0.1 * factor, [[0, 1, 2]]).degenerate_faces.tolist() == [0]
+
+
+@pytest.mark.parametrize(
+    ("vertices", "faces", "words"),
+    [
+        (np.zeros((3, 2)), [[0, 1, 2]], r"\(n, 3\)"),
+        (np.eye(3), np.empty((0, 3), dtype=int), "no faces"),
+        (np.eye(3), [[0, 1, 2, 2]], r"\(m, 3\)"),
+        (np.eye(3), [[0.0, 1.0, 2.0]], "integers"),
+        ([[0, 0, 0], [np.nan, 0, 0], [0, 1, 0]], [[0, 1, 2]], "vertex 1 .*finite"),
+        ([[0, 0, 0], [np.inf, 0, 0], [0, 1, 0]], [[0, 1, 2]], "vertex 1 .*finite"),
+        (np.eye(3), [[0, 1, 3]], "face 0 .* from 0 to 2"),
+        (np.eye(3), [[0, 1, -1]], "face 0"),
+        (np.eye(3), [[0, 1, 2], [0, 1, 1]], "face 1 names a vertex twice"),
+    ],
+)
+def test_refusals(vertices: object, faces: object, words: str) -> None:
+    """Each kind of bad array has its own sentence."""
+    with pytest.raises(MeshError, match=words):
+        TriangleMesh(vertices, faces)  # type: ignore[arg-type]
+
+
+def test_zero_area_is_named() -> None:
+    """Operators refuse a face without area by its number."""
+    square = grid(2, 2)
+    vertices = square.vertices.copy()
+    face = square.faces[3]
+    vertices[face[2]] = (vertices[face[0]] + vertices[face[1]]) / 2
+    mesh = TriangleMesh(vertices, square.faces)
+    assert mesh.degenerate_faces.size
+    with pytest.raises(MeshError, match=f"face {mesh.degenerate_faces[0]} .*zero area"):
+        mesh.require_area()

@@ -1,0 +1,209 @@
+"""Operators: exact identities on every mesh of the zoo, and how they scale, move and renumber with it."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+from conftest import ZOO, zoo_mesh
+
+from geomhw.errors import MeshError
+from geomhw.mesh.primitives import grid, icosphere
+from geomhw.mesh.triangle_mesh import TriangleMesh
+from geomhw.operators.averaging import faces_to_vertices, vertices_to_faces
+from geomhw.operators.directional import directional_derivative, face_derivative
+from geomhw.operators.edge_functions import edge_gradient
+from geomhw.operators.gradient import divergence, gradient
+from geomhw.operators.laplacian import consistent_mass, lumped_mass, stiffness
+
+
+def relative(difference: sp.sparray, scale: sp.sparray) -> float:
+    """Largest entry of one matrix over that of another."""
+    return float(abs(difference).max() / abs(scale).max())
+
+
+def some_field(mesh: TriangleMesh) -> np.ndarray:
+    """A fixed smooth face field that turns and moves with nothing: pure numbers of each face."""
+    return np.cross(mesh.face_normals, [0.3, -0.5, 0.8])
+
+
+def test_divergence_of_gradient_is_minus_stiffness(mesh: TriangleMesh) -> None:
+    """Div G = -S."""
+    S = stiffness(mesh)
+    assert relative(divergence(mesh) @ gradient(mesh) + S, S) < 1e-12
+
+
+def test_stiffness_is_the_dirichlet_form(mesh: TriangleMesh) -> None:
+    """S = GᵀAG, symmetric, with constants in its null space."""
+    G, S = gradient(mesh), stiffness(mesh)
+    A = sp.diags_array(np.repeat(mesh.face_areas, 3))
+    assert relative(G.T @ A @ G - S, S) < 1e-12
+    assert relative(S - S.T, S) == 0
+    assert np.abs(S @ np.ones(mesh.n_vertices)).max() <= 1e-13 * abs(S).max()
+    assert np.abs(G @ np.ones(mesh.n_vertices)).max() <= 1e-12 * abs(G).max()
+
+
+@pytest.mark.parametrize("name", [name for name in ZOO if name != "genus_two"])  # too large for dense eigenvalues
+def test_stiffness_is_positive_semidefinite(name: str) -> None:
+    """No negative eigenvalue, and one zero for each component and each loose vertex."""
+    mesh = zoo_mesh(name)
+    values = np.linalg.eigvalsh(stiffness(mesh).toarray())
+    assert values[0] > -1e-12 * values[-1]
+    zeros = mesh.n_components + len(mesh.unreferenced_vertices)
+    assert np.count_nonzero(values < 1e-10 * values[-1]) == zeros
+
+
+def test_gradient_of_a_linear_function(mesh: TriangleMesh) -> None:
+    """∇(a·x) is the part of a tangent to the face."""
+    a = np.array([0.7, -1.1, 0.4])
+    tangent = a - (mesh.face_normals @ a)[:, None] * mesh.face_normals
+    np.testing.assert_allclose((gradient(mesh) @ (mesh.vertices @ a)).reshape(-1, 3), tangent, atol=1e-11)
+
+
+def test_divergence_sums_to_zero(mesh: TriangleMesh) -> None:
+    """No net source: the integrated divergence of any field sums to zero on each mesh, boundary or not."""
+    spread = divergence(mesh) @ some_field(mesh).ravel()
+    assert abs(spread.sum()) < 1e-12 * np.abs(spread).sum() + 1e-14
+
+
+def test_masses(mesh: TriangleMesh) -> None:
+    """Both masses hold the area; rows of the consistent one sum to the lumped one, and it integrates products."""
+    M, C = lumped_mass(mesh), consistent_mass(mesh)
+    ones = np.ones(mesh.n_vertices)
+    np.testing.assert_allclose(C @ ones, M @ ones, rtol=1e-13)
+    assert (M @ ones).sum() == pytest.approx(mesh.face_areas.sum(), rel=1e-13)
+    x = mesh.vertices[:, 0]
+    # Exact for linear functions: edge midpoints integrate quadratics.
+    midpoints = (x[mesh.faces] + np.roll(x[mesh.faces], 1, axis=1)) / 2
+    assert x @ (C @ x) == pytest.approx((mesh.face_areas / 3) @ (midpoints**2).sum(axis=1), rel=1e-12)
+
+
+def test_averages_are_stochastic(mesh: TriangleMesh) -> None:
+    """P and Q take constants to constants with weights that are not negative [OATVF, eq. 6]."""
+    P, Q = faces_to_vertices(mesh), vertices_to_faces(mesh)
+    surface = np.ones(mesh.n_vertices)
+    surface[mesh.unreferenced_vertices] = 0
+    np.testing.assert_allclose(P @ np.ones(mesh.n_faces), surface, rtol=1e-14)
+    np.testing.assert_allclose(Q @ np.ones(mesh.n_vertices), 1, rtol=1e-14)
+    assert P.data.min() > 0
+    assert Q.data.min() > 0
+
+
+def test_averages_are_adjoint(mesh: TriangleMesh) -> None:
+    """The integral of f times a face value is the same by P and by Q: M P = QᵀA."""
+    M, A = lumped_mass(mesh), sp.diags_array(mesh.face_areas)
+    left = M @ faces_to_vertices(mesh)
+    assert relative(left - vertices_to_faces(mesh).T @ A, left) < 1e-14
+
+
+def test_directional_derivative(mesh: TriangleMesh) -> None:
+    """D_V 1 = 0, D_V^F f = V·∇f, D_V = P D_V^F, and it is linear in V."""
+    V = some_field(mesh)
+    D = directional_derivative(mesh, V)
+    size = abs(D).max()
+    assert np.abs(D @ np.ones(mesh.n_vertices)).max() < 1e-12 * size
+    f = np.sin(mesh.vertices @ [1.0, 2.0, -1.0])
+    slope = (gradient(mesh) @ f).reshape(-1, 3)
+    along = np.einsum("fx,fx->f", V, slope)
+    np.testing.assert_allclose(face_derivative(mesh, V) @ f, along, atol=1e-12 * size)
+    np.testing.assert_allclose(D @ f, faces_to_vertices(mesh) @ along, atol=1e-12 * size)
+    assert relative(directional_derivative(mesh, -2 * V) + 2 * D, D) < 1e-13
+
+
+def test_edge_functions_fill_what_gradients_leave(closed_mesh: tuple[TriangleMesh, int]) -> None:
+    """Turned edge gradients are orthogonal to gradients, and the two leave a space of dimension 2g."""
+    mesh, genus = closed_mesh
+    G, E = gradient(mesh), edge_gradient(mesh)
+    area = np.repeat(mesh.face_areas, 3)
+    turned = sp.block_diag([sp.csr_array(np.cross(np.eye(3), n).T) for n in mesh.face_normals]).tocsr() @ E
+    cross = G.T @ sp.diags_array(area) @ turned
+    assert abs(cross).max() < 1e-12 * abs(stiffness(mesh)).max()
+    if mesh.n_vertices < 300:
+        ranks = [np.linalg.matrix_rank(B.toarray(), tol=1e-9 * abs(B).max()) for B in (G, turned)]
+        assert 2 * mesh.n_faces - sum(ranks) == 2 * genus
+
+
+OPERATORS: dict[str, tuple[Callable[[TriangleMesh], sp.sparray], int, str, str]] = {
+    "gradient": (gradient, -1, "face3", "vertex"),
+    "divergence": (divergence, 1, "vertex", "face3"),
+    "stiffness": (stiffness, 0, "vertex", "vertex"),
+    "lumped_mass": (lumped_mass, 2, "vertex", "vertex"),
+    "consistent_mass": (consistent_mass, 2, "vertex", "vertex"),
+    "faces_to_vertices": (faces_to_vertices, 0, "vertex", "face"),
+    "vertices_to_faces": (vertices_to_faces, 0, "face", "vertex"),
+    "face_derivative": (lambda mesh: face_derivative(mesh, some_field(mesh)), -1, "face", "vertex"),
+    "directional_derivative": (lambda mesh: directional_derivative(mesh, some_field(mesh)), -1, "vertex", "vertex"),
+}
+
+
+@pytest.mark.parametrize("operator", OPERATORS)
+@pytest.mark.parametrize("factor", [1e-6, 1e6])
+def test_scaling(mesh: TriangleMesh, operator: str, factor: float) -> None:
+    """Scaling the mesh scales each operator by the power of length in its units."""
+    build, power, _, _ = OPERATORS[operator]
+    small = build(mesh)
+    large = build(TriangleMesh(mesh.vertices * factor, mesh.faces))
+    assert relative(large / factor**power - small, small) < 1e-12
+
+
+@pytest.mark.parametrize("operator", OPERATORS)
+def test_moving(mesh: TriangleMesh, operator: str) -> None:
+    """Moving the mesh by 1000 times its size changes nothing beyond the rounding of its coordinates."""
+    size = np.ptp(mesh.vertices, axis=0).max()
+    moved = TriangleMesh(mesh.vertices + 1e3 * size * np.array([1.0, -1.0, 0.5]), mesh.faces)
+    before, after = OPERATORS[operator][0](mesh), OPERATORS[operator][0](moved)
+    rounding = 1e3 * np.finfo(float).eps * size / mesh.edge_lengths.min()
+    sharpest = np.abs(1 / np.sin(mesh.angles)).max() ** 2
+    assert relative(after - before, before) < 20 * rounding * sharpest
+
+
+@pytest.mark.parametrize("operator", OPERATORS)
+def test_renumbering(mesh: TriangleMesh, operator: str) -> None:
+    """Renumbering vertices and faces, and turning corners round, permutes each operator."""
+    rng = np.random.default_rng(3)
+    vertex, face = rng.permutation(mesh.n_vertices), rng.permutation(mesh.n_faces)
+    new_name = np.empty_like(vertex)
+    new_name[vertex] = np.arange(mesh.n_vertices)
+    shuffled = TriangleMesh(mesh.vertices[vertex], np.roll(new_name[mesh.faces[face]], 1, axis=1))
+    order = {
+        "vertex": vertex,
+        "face": face,
+        "face3": (3 * face[:, None] + np.arange(3)).ravel(),
+    }
+    build, _, rows, columns = OPERATORS[operator]
+    before = sp.csr_array(build(mesh))[order[rows]][:, order[columns]]
+    assert relative(sp.csr_array(build(shuffled)) - before, before) < 1e-12
+
+
+@pytest.mark.parametrize("operator", ["gradient", "divergence", "stiffness", "face_derivative"])
+def test_zero_area_is_refused(operator: str) -> None:
+    """Operators with 1/area in them name the face that has none."""
+    flat = TriangleMesh([[0, 0, 0], [1, 0, 0], [2, 0, 0], [0, 1, 0]], [[0, 1, 3], [0, 1, 2]])
+    with pytest.raises(MeshError, match=r"face 1 .*zero area"):
+        OPERATORS[operator][0](flat)
+
+
+def test_flat_grid_stencil() -> None:
+    """On a square grid the cotan Laplacian is the five-point stencil, whichever way the diagonals run."""
+    S = stiffness(grid(4, 4, 4.0, 4.0)).toarray()
+    middle = 12
+    row = {int(j): round(float(S[middle, j]), 12) for j in np.flatnonzero(np.abs(S[middle]) > 1e-12)}
+    assert sorted(row.values()) == [-1, -1, -1, -1, 4]
+
+
+def test_laplacian_converges_on_the_sphere() -> None:
+    """x is an eigenfunction of -Δ on the unit sphere with eigenvalue 2: the Rayleigh quotient converges as h²."""
+    errors, sizes = [], []
+    for level in (2, 3, 4):
+        mesh = icosphere(level)
+        x = mesh.vertices[:, 0]
+        errors.append(abs(x @ (stiffness(mesh) @ x) / (x @ (consistent_mass(mesh) @ x)) - 2))
+        sizes.append(mesh.mean_edge_length)
+    rate = np.polyfit(np.log(sizes), np.log(errors), 1)[0]
+    assert rate > 1.9
+
+
+def test_zoo_has_a_loose_vertex_and_a_boundary() -> None:
+    """The zoo stays as hostile as these tests assume."""
+    assert zoo_mesh("two_spheres").unreferenced_vertices.size
+    assert zoo_mesh("annulus").boundary_vertices.size
