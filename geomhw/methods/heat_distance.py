@@ -13,17 +13,16 @@ from scipy.spatial import KDTree
 
 from geomhw.errors import ConvergenceError
 from geomhw.mesh.arrays import Floats, Ints
-from geomhw.mesh.distances import edge_path_distance
 from geomhw.mesh.geometry import unit
 from geomhw.mesh.triangle_mesh import TriangleMesh
+from geomhw.methods.heat_flow import HeatFlow
 from geomhw.methods.sources import checked_sources
-from geomhw.methods.time_step import time_step
+from geomhw.methods.time_step import TimeStep
 from geomhw.operators.gradient import divergence, gradient, hat_gradients
-from geomhw.operators.laplacian import lumped_mass, stiffness
 from geomhw.results import Field, Result
 from geomhw.solvers.direct import DirectSolver
 from geomhw.solvers.grounding import balanced, free_unknowns
-from geomhw.solvers.wavefront import REACH, LogValues, solve_decaying
+from geomhw.solvers.wavefront import LogValues
 
 
 class HeatDistance:
@@ -38,27 +37,20 @@ class HeatDistance:
     """
 
     def __init__(self, mesh: TriangleMesh, time: str | float = "auto") -> None:
-        mesh.require_area()
         self.mesh = mesh
-        self.time = time_step(time, mesh.mean_edge_length)
+        self._flow = HeatFlow(mesh, time)
         self._gradient = gradient(mesh)
         self._divergence = divergence(mesh)
-        self._stiffness = stiffness(mesh)
-        self._surface = np.ones(mesh.n_vertices, dtype=bool)
-        self._surface[mesh.unreferenced_vertices] = False
 
-    @cached_property
-    def _heat_matrix(self) -> Any:
-        return (lumped_mass(self.mesh) + self.time.t * self._stiffness).tocsr()
-
-    @cached_property
-    def _heat_solver(self) -> DirectSolver:
-        return DirectSolver(self._heat_matrix, self._surface)
+    @property
+    def time(self) -> TimeStep:
+        """The time that heat flows, and why."""
+        return self._flow.time
 
     @cached_property
     def _poisson_solver(self) -> DirectSolver:
         mesh = self.mesh
-        return DirectSolver(self._stiffness, free_unknowns(mesh.components, mesh.unreferenced_vertices))
+        return DirectSolver(self._flow.stiffness, free_unknowns(mesh.components, mesh.unreferenced_vertices))
 
     def from_vertices(self, sources: Sequence[int] | Ints) -> Result:
         """Distance from the nearest of the source vertices.
@@ -69,12 +61,14 @@ class HeatDistance:
         """
         mesh = self.mesh
         wanted = checked_sources(mesh, sources)
-        reached = np.isin(mesh.components, mesh.components[wanted])
-        heat = self._heat(wanted, reached)
+        impulse = np.zeros(mesh.n_vertices)
+        impulse[wanted] = 1.0
+        heat = self._flow.from_impulse(impulse)
+        reached = self._flow.reached(impulse)
         direction = self._direction(heat)
         spread = self._divergence @ direction.ravel()
         distance = self._distance(spread, wanted, reached)
-        u = heat.values()
+        u = heat.plain
         fields = [
             Field("heat", "vertex", u),
             Field("divergence", "vertex", spread),
@@ -83,22 +77,6 @@ class HeatDistance:
             Field("direction", "face", direction),
         ]
         return Result(mesh, fields, self._report(wanted, distance))
-
-    def _heat(self, sources: Ints, reached: Ints) -> LogValues:
-        """u of the backward Euler step, in logarithms where double precision ends."""
-        impulse = np.zeros(self.mesh.n_vertices)
-        impulse[sources] = 1.0
-        with np.errstate(under="ignore"):
-            u = self._heat_solver(impulse)
-        size = np.abs(u[reached])
-        if size.min() > np.exp(-REACH) * size.max():
-            return LogValues.of(u)
-        travel = edge_path_distance(self.mesh, sources)[reached] / np.sqrt(self.time.t)
-        matrix = self._heat_matrix[np.flatnonzero(reached)][:, np.flatnonzero(reached)]
-        far = solve_decaying(matrix, impulse[reached], u[reached], travel)
-        heat = LogValues.of(np.zeros(self.mesh.n_vertices))
-        heat.log[reached], heat.sign[reached] = far.log, far.sign
-        return heat
 
     def _direction(self, heat: LogValues) -> Floats:
         """-∇u/|∇u| per face, (m, 3), from u scaled face by face to order one: minus, for heat falls away."""
@@ -121,7 +99,7 @@ class HeatDistance:
             phi -= zero[mesh.components]
         else:
             held = free_unknowns(mesh.components, mesh.unreferenced_vertices, held=sources) & reached
-            phi = DirectSolver(self._stiffness, held)(-spread)
+            phi = DirectSolver(self._flow.stiffness, held)(-spread)
         phi[sources] = 0.0
         phi[~reached] = np.inf
         return self._above_zero(phi, sources)
@@ -141,7 +119,7 @@ class HeatDistance:
         if np.isnan(distance).any():
             raise ConvergenceError("the distance came out undefined; look for faces of nearly no area")
         farthest = int(np.where(finite, distance, -1.0).argmax())
-        unreached = int(np.count_nonzero(~finite & self._surface))
+        unreached = int(np.count_nonzero(~finite & self._flow.surface))
         return {
             "sources": sources.tolist(),
             "time": self.time.report(self.mesh.mean_edge_length),

@@ -6,6 +6,7 @@ wherever neighbors have similar p, and v stays in range: (A_ij exp(p_i - p_j)) v
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -28,8 +29,9 @@ class LogValues:
     log: Floats
     sign: Floats
 
-    def values(self) -> Floats:
-        """The plain numbers; below 1e-308 they fade to zero."""
+    @property
+    def plain(self) -> Floats:
+        """The numbers as they are; below 1e-308 they fade to zero."""
         return np.asarray(self.sign * np.exp(self.log))
 
     @classmethod
@@ -37,6 +39,12 @@ class LogValues:
         """exp(-potential) · values."""
         with np.errstate(divide="ignore"):
             return cls(np.log(np.abs(values)) - potential, np.sign(values))
+
+
+def in_reach(values: NDArray[Any]) -> bool:
+    """Whether a decaying solution has stayed clear of underflow all the way."""
+    size = np.abs(values)
+    return bool(size.min(initial=np.inf) > np.exp(-REACH) * size.max(initial=0.0))
 
 
 def scaled(matrix: sp.csr_array, potential: Floats) -> sp.csr_array:

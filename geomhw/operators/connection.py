@@ -1,0 +1,118 @@
+"""Parallel transport along edges, and the connection Laplacian that it makes [TVHM]."""
+
+from typing import Any, Literal, get_args
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from geomhw.errors import FieldError, MeshError
+from geomhw.mesh.arrays import Floats
+from geomhw.mesh.fans import edge_directions
+from geomhw.mesh.geometry import unit
+from geomhw.mesh.triangle_mesh import TriangleMesh
+
+Connection = Literal["normals", "intrinsic"]
+Complexes = NDArray[np.complex128]
+
+
+def edge_rotations(mesh: TriangleMesh) -> Floats:
+    """Smallest rotation R_ij from the unit normal at i to that at j, for each edge (i, j), i < j, (e, 3, 3).
+
+    It is two half turns, about n_i and about the normal half-way; between opposite normals, where every half-way is as
+    near, the one along the edge. MeshError where a vertex of a face has no normal.
+    """
+    i, j = mesh.edges.T
+    ni, nj = mesh.vertex_normals[i], mesh.vertex_normals[j]
+    if (missing := ~(ni.any(axis=1) & nj.any(axis=1))).any():
+        bad = int(i[missing][0] if not ni[missing][0].any() else j[missing][0])
+        raise MeshError(f"vertex {bad} has no normal: the faces round it cancel; give them one orientation")
+    half = ni + nj
+    opposite = np.linalg.norm(half, axis=1) < 1e-8
+    along = (mesh.vertices[j] - mesh.vertices[i])[opposite]
+    half[opposite] = _any_normal(along, ni[opposite])
+    middle = unit(half)
+    return _half_turn(middle) @ _half_turn(ni)
+
+
+def connection_stiffness(mesh: TriangleMesh) -> sp.csr_array:
+    """Connection stiffness C of the normals' connection, (3n, 3n), dimensionless, weak, symmetric.
+
+    C_ii = Σ_j w_ij I and C_ij = -w_ij R_ji with cotan weights w: VᵀCV = Σ_edges w_ij |V_j - R_ij V_i|² [TVHM, eq. 4
+    with the ½ in w]; positive semidefinite where the weights are not negative (a Delaunay mesh).
+    """
+    i, j = mesh.edges.T
+    w = mesh.edge_cotan_weights
+    R = edge_rotations(mesh)
+    # R takes i to j: it stands, with a minus, at (j, i), and its transpose at (i, j).
+    blocks = np.concatenate([-w[:, None, None] * R, -w[:, None, None] * R.transpose(0, 2, 1)])
+    axis = np.arange(3)
+    rows = np.concatenate([j, i])[:, None, None] * 3 + axis[:, None]
+    columns = np.concatenate([i, j])[:, None, None] * 3 + axis[None, :]
+    rows, columns = (np.broadcast_to(x, blocks.shape).ravel() for x in (rows, columns))
+    off = sp.coo_array((blocks.ravel(), (rows, columns)), shape=(3 * mesh.n_vertices, 3 * mesh.n_vertices))
+    return (off + sp.diags_array(np.repeat(_weight_sums(mesh), 3))).tocsr()
+
+
+def edge_transport(mesh: TriangleMesh, connection: Connection = "normals") -> Complexes:
+    """Unit complex number r_ij that brings a tangent vector from j to i, in ``tangent_frames``, for each edge, (e,).
+
+    normals: the smallest rotation between vertex normals. intrinsic: Levi-Civita with angles stretched to a full turn
+    [TVHM, sec. 5.2]. The way back is the conjugate. FieldError for another name.
+    """
+    if connection == "intrinsic":
+        low, high = edge_directions(mesh)
+        return np.asarray(np.exp(1j * (low + np.pi - high)))
+    if connection != "normals":
+        raise FieldError(f"there is no connection '{connection}'; choose from {', '.join(get_args(Connection))}")
+    i, j = mesh.edges.T
+    e1, e2 = mesh.tangent_frames.transpose(1, 0, 2)
+    brought = np.einsum("eyx,ey->ex", edge_rotations(mesh), e1[j])  # Rᵀ, from j to i
+    r = np.einsum("ex,ex->e", brought, e1[i]) + 1j * np.einsum("ex,ex->e", brought, e2[i])
+    return np.asarray(r / np.abs(r))
+
+
+def complex_connection_stiffness(mesh: TriangleMesh, connection: Connection = "normals") -> sp.csr_array:
+    """Connection stiffness on tangent vectors as complex numbers in ``tangent_frames``, (n, n), Hermitian, weak.
+
+    K_ii = Σ_j w_ij, K_ij = -w_ij r_ij. For the connection of normals it acts on tangent fields as
+    `connection_stiffness` does, with a ninth of the entries.
+    """
+    i, j = mesh.edges.T
+    r = -mesh.edge_cotan_weights * edge_transport(mesh, connection)
+    rows, columns = np.concatenate([i, j]), np.concatenate([j, i])
+    shape = (mesh.n_vertices, mesh.n_vertices)
+    off = sp.coo_array((np.concatenate([r, r.conj()]), (rows, columns)), shape=shape)
+    return (off + sp.diags_array(_weight_sums(mesh))).tocsr()
+
+
+def to_complex(mesh: TriangleMesh, vectors: Floats) -> Complexes:
+    """Tangential parts of vectors at vertices, (n, 3), as complex numbers in ``tangent_frames``, (n,)."""
+    parts = np.einsum("vkx,vx->kv", mesh.tangent_frames, vectors)
+    return np.asarray(parts[0] + 1j * parts[1])
+
+
+def from_complex(mesh: TriangleMesh, z: Complexes) -> Floats:
+    """Tangent vectors, (n, 3), of complex numbers in ``tangent_frames``."""
+    frames = mesh.tangent_frames
+    return np.asarray(z.real[:, None] * frames[:, 0] + z.imag[:, None] * frames[:, 1])
+
+
+def _weight_sums(mesh: TriangleMesh) -> Floats:
+    ends = mesh.edges.ravel()
+    return np.asarray(np.bincount(ends, np.repeat(mesh.edge_cotan_weights, 2), mesh.n_vertices), dtype=float)
+
+
+def _half_turn(axis: Floats) -> Floats:
+    """Rotation by π about unit axes: 2 a aᵀ - I."""
+    turn: Any = 2 * axis[:, :, None] * axis[:, None, :]
+    return np.asarray(turn - np.eye(3))
+
+
+def _any_normal(vectors: Floats, normals: Floats) -> Floats:
+    """Vectors less their part along the normals, or, where nothing is left, some direction across the normal."""
+    across = vectors - np.einsum("ex,ex->e", vectors, normals)[:, None] * normals
+    lost = np.linalg.norm(across, axis=1) <= 1e-6 * np.linalg.norm(vectors, axis=1)
+    axis = np.eye(3)[np.abs(normals[lost]).argmin(axis=1)]
+    across[lost] = np.cross(normals[lost], axis)
+    return np.asarray(across)

@@ -1,0 +1,171 @@
+"""The connection Laplacian: symmetry, eq. (4), flat limits, and the two connections."""
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+from conftest import ZOO, zoo_mesh
+
+from geomhw.errors import FieldError, MeshError
+from geomhw.mesh.fans import edge_directions
+from geomhw.mesh.primitives import grid, icosphere
+from geomhw.mesh.triangle_mesh import TriangleMesh
+from geomhw.operators.connection import (
+    complex_connection_stiffness,
+    connection_stiffness,
+    edge_rotations,
+    edge_transport,
+    from_complex,
+    to_complex,
+)
+from geomhw.operators.laplacian import stiffness
+
+DELAUNAY = ["triangle", "tetrahedron", "sphere", "torus", "grid", "strip", "annulus", "two_spheres"]
+
+
+def test_rotations(mesh: TriangleMesh) -> None:
+    """R takes n_i to n_j, is a rotation, and turns by no more than the angle between them."""
+    i, j = mesh.edges.T
+    R = edge_rotations(mesh)
+    n = mesh.vertex_normals
+    np.testing.assert_allclose(np.einsum("exy,ey->ex", R, n[i]), n[j], atol=1e-14)
+    np.testing.assert_allclose(R @ R.transpose(0, 2, 1), np.broadcast_to(np.eye(3), R.shape), atol=1e-14)
+    np.testing.assert_allclose(np.linalg.det(R), 1, atol=1e-13)
+    np.testing.assert_allclose(np.trace(R, axis1=1, axis2=2), 1 + 2 * np.einsum("ex,ex->e", n[i], n[j]), atol=1e-13)
+
+
+def test_energy_is_equation_4(mesh: TriangleMesh) -> None:
+    """VᵀCV is the sum over edges of w |V_j - R_ij V_i|² for any V; C is symmetric."""
+    C = connection_stiffness(mesh)
+    assert abs(C - C.T).max() <= 1e-15 * abs(C).max()
+    V = np.random.default_rng(2).normal(size=(mesh.n_vertices, 3))
+    i, j = mesh.edges.T
+    gap = V[j] - np.einsum("exy,ey->ex", edge_rotations(mesh), V[i])
+    terms = mesh.edge_cotan_weights * np.einsum("ex,ex->e", gap, gap)
+    assert V.ravel() @ (C @ V.ravel()) == pytest.approx(terms.sum(), rel=1e-11, abs=1e-11 * np.abs(terms).sum())
+
+
+@pytest.mark.parametrize("name", DELAUNAY)
+def test_positive_semidefinite(name: str) -> None:
+    """No negative eigenvalue where the cotan weights are not negative."""
+    mesh = zoo_mesh(name)
+    assert mesh.edge_cotan_weights.min() > -1e-12
+    for matrix in (complex_connection_stiffness(mesh), complex_connection_stiffness(mesh, "intrinsic")):
+        values = np.linalg.eigvalsh(matrix.toarray())
+        assert values[0] > -1e-12 * values[-1]
+
+
+@pytest.mark.parametrize("name", ["grid", "strip", "annulus"])
+def test_flat_is_three_copies(name: str) -> None:
+    """On a flat mesh C is three copies of S, and both complex forms have the spectrum of S."""
+    mesh = zoo_mesh(name)
+    S = stiffness(mesh)
+    C = connection_stiffness(mesh)
+    assert abs(C - sp.kron(S, sp.eye_array(3))).max() < 1e-14
+    expected = np.linalg.eigvalsh(S.toarray())
+    for connection in ("normals", "intrinsic"):
+        found = np.linalg.eigvalsh(complex_connection_stiffness(mesh, connection).toarray())
+        np.testing.assert_allclose(found, expected, atol=1e-12)
+
+
+def test_complex_form_is_the_tangent_part(mesh: TriangleMesh) -> None:
+    """On tangent fields C and K agree, and C leaves them tangent."""
+    tangent_all = np.setdiff1d(np.arange(mesh.n_vertices), mesh.unreferenced_vertices)
+    rng = np.random.default_rng(4)
+    z = rng.normal(size=mesh.n_vertices) + 1j * rng.normal(size=mesh.n_vertices)
+    V = from_complex(mesh, z)
+    CV = (connection_stiffness(mesh) @ V.ravel()).reshape(-1, 3)
+    size = np.abs(CV).max()
+    np.testing.assert_allclose(np.einsum("vx,vx->v", CV, mesh.vertex_normals), 0, atol=1e-13 * size)
+    K = complex_connection_stiffness(mesh)
+    assert abs(K - K.conj().T).max() <= 1e-15 * abs(K).max()
+    np.testing.assert_allclose(from_complex(mesh, K @ z)[tangent_all], CV[tangent_all], atol=1e-13 * size)
+    np.testing.assert_allclose(to_complex(mesh, V)[tangent_all], z[tangent_all], atol=1e-14)
+
+
+def test_intrinsic_directions_follow_the_edges() -> None:
+    """On a sphere the stretched angles are the directions of the projected edges, up to O(h²) of holonomy."""
+    mesh = icosphere(4)
+    low, high = edge_directions(mesh)
+    i, j = mesh.edges.T
+    for start, end, angle in ((i, j, low), (j, i, high)):
+        edge = mesh.vertices[end] - mesh.vertices[start]
+        z = np.einsum("ekx,ex->ke", mesh.tangent_frames[start], edge)
+        assert np.abs(np.angle((z[0] + 1j * z[1]) * np.exp(-1j * angle))).max() < 0.01
+
+
+def test_holonomy_is_curvature() -> None:
+    """Transport round a face of the unit sphere turns by the face's share of the curvature, 4π in all."""
+    mesh = icosphere(3)
+    table = mesh.edge_table
+    for connection in ("normals", "intrinsic"):
+        r = edge_transport(mesh, connection)
+        upward = mesh.faces < np.roll(mesh.faces, -1, axis=1)
+        edge = np.roll(table.of_faces, -2, axis=1)
+        # From corner k on to k+1: r brings from the higher vertex down, its conjugate from the lower up.
+        step = np.where(upward, r[edge].conj(), r[edge])
+        turned = np.angle(step.prod(axis=1))
+        assert turned.sum() == pytest.approx(4 * np.pi, rel=1e-9)
+        np.testing.assert_allclose(turned / mesh.face_areas, 4 * np.pi / mesh.face_areas.sum(), rtol=0.2)
+
+
+def test_opposite_normals_do_not_blow_up() -> None:
+    """A rotation between opposite normals is a half turn about an axis across both."""
+    mesh = _folded()
+    R = edge_rotations(mesh)
+    np.testing.assert_allclose(R @ R.transpose(0, 2, 1), np.broadcast_to(np.eye(3), R.shape), atol=1e-13)
+    np.testing.assert_allclose(np.linalg.det(R), 1, atol=1e-12)
+    i, j = mesh.edges.T
+    moved = np.einsum("exy,ey->ex", R, mesh.vertex_normals[i])
+    np.testing.assert_allclose(moved, mesh.vertex_normals[j], atol=1e-12)
+
+
+def _folded() -> TriangleMesh:
+    """Two flat fans, one seen from above and one from below; a small face joins their middles, vertices 0 and 1."""
+    mesh = TriangleMesh(
+        [
+            [0, 0, 0],
+            [0.1, 0, 0],
+            [0, 1, 0],
+            [-1, 0, 0],
+            [0, -1, 0],
+            [0.1, 1, 0],
+            [1.1, 0, 0],
+            [0.1, -1, 0],
+            [0.05, 0.01, 0],
+        ],
+        [[0, 2, 3], [0, 3, 4], [1, 5, 6], [1, 6, 7], [0, 1, 8]],
+    )
+    normals = mesh.vertex_normals
+    assert normals[0] @ normals[1] == pytest.approx(-1)
+    return mesh
+
+
+def test_intrinsic_refuses_what_has_no_fans() -> None:
+    """Pinched vertices and disagreeing faces have no order round a vertex: the message names the other connection."""
+    pinched = TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0]], [[0, 1, 2], [0, 3, 4]])
+    two_tetrahedra = np.concatenate([zoo_mesh("tetrahedron").faces, zoo_mesh("tetrahedron").faces + 3])
+    points = np.concatenate([zoo_mesh("tetrahedron").vertices, [[-2, -2, 5], [3, -1, 4], [-3, 0, 6]]])
+    faces = zoo_mesh("sphere").faces.copy()
+    faces[3] = faces[3, ::-1]
+    turned = TriangleMesh(zoo_mesh("sphere").vertices, faces)
+    for mesh in (pinched, TriangleMesh(points, two_tetrahedra), turned):
+        with pytest.raises(MeshError, match="connection of normals"):
+            edge_directions(mesh)
+
+
+def test_no_normal_is_named() -> None:
+    """A vertex whose faces cancel has no tangent plane."""
+    mesh = TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 1]])
+    with pytest.raises(MeshError, match="vertex 0 has no normal"):
+        edge_rotations(mesh)
+
+
+def test_unknown_connection() -> None:
+    """The message says which there are."""
+    with pytest.raises(FieldError, match="normals, intrinsic"):
+        edge_transport(grid(2, 2), "discrete")  # type: ignore[arg-type]
+
+
+def test_zoo_is_covered() -> None:
+    """The Delaunay list names meshes of the zoo."""
+    assert set(DELAUNAY) <= set(ZOO)
