@@ -19,6 +19,7 @@ test: $(VENV)/.developing
 lint: $(VENV)/.developing
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
+	@mkdir -p build/lint && ln -sfn ../../cli build/lint/geomhw_cli
 	$(BIN)/mypy
 
 clean:

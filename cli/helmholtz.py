@@ -42,7 +42,7 @@ def helmholtz(
     \b
     Example: geomhw helmholtz moomoo.off --field moomoo.geodesic.vtk:direction
     """
-    from geomhw.io.fields import field_file, read_field
+    from geomhw.io import field_file, read_field
     from geomhw.methods.helmholtz import HelmholtzDecomposition
     from geomhw.methods.tangent_fields import face_vectors
     from geomhw.render.pictures import helmholtz_picture

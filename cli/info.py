@@ -22,11 +22,11 @@ def info(mesh_path: Path, as_json: bool) -> None:
     from geomhw.mesh.summary import mesh_summary
 
     found = read(mesh_path)
-    report = {"command": "info", "input": {"path": str(mesh_path), **found.report}, "mesh": mesh_summary(found.mesh)}
+    given, mesh = {"path": str(mesh_path), **found.report}, mesh_summary(found.mesh)
     if as_json:
-        click.echo(json.dumps(report, indent=2, allow_nan=False))
+        click.echo(json.dumps({"command": "info", "input": given, "mesh": mesh}, indent=2, allow_nan=False))
         return
-    for name, value in [*report["input"].items(), *report["mesh"].items()]:
+    for name, value in [*given.items(), *mesh.items()]:
         click.echo(f"{name.replace('_', ' '):<24}{_text(value)}")
     for item in found.fields:
         click.echo(f"{'array per ' + item.location:<24}{item.name} {item.values.shape[1:] or ''}".rstrip())

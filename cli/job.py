@@ -54,7 +54,8 @@ class Job:
         if not outputs:
             outputs = [Path(f"{name}.vtk")]
             png = png or (None if no_png else Path(f"{name}.png"))
-        check_outputs([*outputs, *([png] if png else [])], [mesh_path, *inputs])
+        check_outputs(outputs, [mesh_path, *inputs])
+        check_outputs([png] if png else [], [mesh_path, *inputs], extensions=[".png"])
         return cls(command, mesh_path, outputs, png, as_json, quiet)
 
     @contextmanager

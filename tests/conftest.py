@@ -10,14 +10,14 @@ import pytest
 from geomhw.mesh.primitives import genus_two, grid, icosphere, strip, torus
 from geomhw.mesh.triangle_mesh import TriangleMesh
 
-REFERENCE = os.environ.get("GEOMHW_REFERENCE")
-needs_reference = pytest.mark.skipif(REFERENCE is None, reason="GEOMHW_REFERENCE names no folder of reference meshes")
+REFERENCE = os.environ.get("GEOMHW_REFERENCE") and Path(os.environ["GEOMHW_REFERENCE"]).resolve()
+needs_reference = pytest.mark.skipif(not REFERENCE, reason="GEOMHW_REFERENCE names no folder of reference meshes")
 
 
 def reference(path: str) -> Path:
     """A file of the reference folder; only in tests marked ``needs_reference``."""
-    assert REFERENCE is not None
-    return Path(REFERENCE).resolve() / path
+    assert REFERENCE
+    return REFERENCE / path
 
 
 def crumpled(mesh: TriangleMesh, seed: int = 5) -> TriangleMesh:

@@ -1,0 +1,94 @@
+"""Files that are whole or absent: written under a temporary name beside their target, then renamed."""
+
+import contextlib
+import os
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+from geomhw.errors import FormatError
+
+
+@contextmanager
+def replacing(paths: Sequence[str | Path]) -> Iterator[list[Path]]:
+    """Temporary siblings to write to; on leaving, they take the places of ``paths``, all of them or none.
+
+    On any exception, an interrupt too, the temporaries are removed and what was there before is there again.
+    OSError (a full disk, a read-only folder) becomes a FormatError. A symbolic link stays one: its target is replaced.
+
+    >>> with replacing(["out.json"]) as (temporary,):  # doctest: +SKIP
+    ...     temporary.write_text("{}")
+    """
+    targets = [Path(os.path.realpath(path)) for path in paths]
+    temporaries = [_sibling(target) for target in targets]
+    try:
+        for target, temporary in zip(targets, temporaries, strict=True):
+            if target.is_dir():
+                raise FormatError(f"cannot write {target.name}: it is a folder")
+            # Not tempfile, whose files only their owner may read: these bits are the ones the umask leaves.
+            os.close(os.open(temporary, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
+        yield temporaries
+        for temporary in temporaries:
+            _flush_to_disk(temporary)
+        _rename_all(temporaries, targets)
+    except OSError as error:
+        raise FormatError(_sentence(error, temporaries, targets)) from error
+    finally:
+        for temporary in temporaries:
+            with contextlib.suppress(OSError):
+                temporary.unlink()
+
+
+def _sibling(target: Path) -> Path:
+    """An unused hidden name in the same folder (rename works within a file system), with the same extension."""
+    return target.with_name(f".{target.stem[:40]}-{os.urandom(4).hex()}{target.suffix}")
+
+
+def _flush_to_disk(path: Path) -> None:
+    handle = os.open(path, os.O_RDWR)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)
+
+
+def _rename_all(temporaries: Sequence[Path], targets: Sequence[Path]) -> None:
+    """Rename all, or put back what was there and raise."""
+    backups = [_sibling(target) if target.exists() and len(targets) > 1 else None for target in targets]
+    done = 0
+    try:
+        for target, backup in zip(targets, backups, strict=True):
+            if backup is not None:
+                _second_name(target, backup)
+        for temporary, target in zip(temporaries, targets, strict=True):
+            os.replace(temporary, target)
+            done += 1
+    except BaseException:
+        for target, backup in zip(targets[:done], backups[:done], strict=True):
+            if backup is None:
+                target.unlink()
+            else:
+                os.replace(backup, target)
+        raise
+    finally:
+        for backup in filter(None, backups):
+            with contextlib.suppress(OSError):
+                backup.unlink()
+
+
+def _second_name(target: Path, backup: Path) -> None:
+    try:
+        os.link(target, backup)
+    except OSError:  # a file system without hard links
+        import shutil
+
+        shutil.copy2(target, backup)
+
+
+def _sentence(error: OSError, temporaries: Sequence[Path], targets: Sequence[Path]) -> str:
+    """The target that the error is about, under the name that the user knows, and the system's reason."""
+    named = [
+        t.name for temporary, t in zip(temporaries, targets, strict=True) if error.filename == os.fspath(temporary)
+    ]
+    about = named or [target.name for target in targets]
+    return f"cannot write {', '.join(about)}: {error.strerror or error}"

@@ -1,0 +1,90 @@
+"""PLY writer: binary, little-endian, coordinates in double precision, arrays on both elements."""
+
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from geomhw.errors import FieldError
+from geomhw.results import Field, Location, Result
+
+_NAMES = {"<f8": "double", "|i1": "char", "|u1": "uchar", "<i2": "short", "<u2": "ushort", "<i4": "int", "<u4": "uint"}
+_Column = tuple[str, NDArray[Any]]
+
+
+def write_ply(result: Result, path: Path) -> None:
+    """Write the mesh and its fields; a vector ``v`` becomes ``v_x v_y v_z``, any other width ``v_0 v_1 ...``."""
+    mesh = result.mesh
+    axes = [(axis, mesh.vertices[:, k]) for k, axis in enumerate("xyz")]
+    vertex = axes + _columns(result, "vertex")
+    face = _columns(result, "face")
+    header = ["ply", "format binary_little_endian 1.0", "comment geomhw"]
+    header += [_comment(field) for field in result.fields if field.location == "mesh"]
+    header += [f"element vertex {mesh.n_vertices}", *_declarations(vertex)]
+    header += [f"element face {mesh.n_faces}", "property list uchar int vertex_indices", *_declarations(face)]
+    header += ["end_header", ""]
+    corners: list[_Column] = [("corners", np.full(mesh.n_faces, 3, np.uint8)), ("indices", mesh.faces)]
+    with path.open("wb") as stream:
+        stream.write("\n".join(header).encode("ascii"))
+        stream.write(_records(vertex))
+        stream.write(_records(corners + face))
+
+
+def _columns(result: Result, location: Location) -> list[_Column]:
+    """Scalar columns of the fields at one location, in types that PLY has."""
+    taken = {"x", "y", "z"} if location == "vertex" else {"vertex_indices"}
+    columns = []
+    for field in result.fields:
+        if field.location != location:
+            continue
+        values = np.asarray(field.values)
+        rows = values.reshape(len(values), -1)
+        for name, column in zip(_names(field.name, values.ndim, rows.shape[1]), rows.T, strict=True):
+            if name in taken:
+                raise FieldError(f"two {location} arrays would both be '{name}' in PLY; rename field '{field.name}'")
+            taken.add(name)
+            columns.append((name, _storable(column)))
+    return columns
+
+
+def _names(name: str, ndim: int, width: int) -> list[str]:
+    plain = _plain(name)
+    if ndim == 1:
+        return [plain]
+    return [f"{plain}_{end}" for end in ("xyz" if width == 3 else range(width))]
+
+
+def _plain(name: str) -> str:
+    """A name without the spaces that would end it, in printable ASCII."""
+    return re.sub(r"[^!-~]", "_", name)
+
+
+def _storable(column: NDArray[Any]) -> NDArray[Any]:
+    """The column in a type of PLY's that holds all its values: there are no integers of 8 bytes."""
+    if column.dtype.kind == "b":
+        return column.astype(np.uint8)
+    if column.dtype.kind in "iu" and column.dtype.itemsize < 8:
+        return column
+    small = np.iinfo(np.int32)
+    if column.dtype.kind in "iu" and column.min(initial=0) >= small.min and column.max(initial=0) <= small.max:
+        return column.astype(np.int32)
+    return column.astype(np.float64)
+
+
+def _declarations(columns: list[_Column]) -> list[str]:
+    return [f"property {_NAMES[values.dtype.newbyteorder('<').str]} {name}" for name, values in columns]
+
+
+def _records(columns: list[_Column]) -> bytes:
+    layout = [(f"c{i}", column.dtype.newbyteorder("<"), column.shape[1:]) for i, (_, column) in enumerate(columns)]
+    records = np.empty(len(columns[0][1]), dtype=layout)
+    for i, (_, column) in enumerate(columns):
+        records[f"c{i}"] = column
+    return records.tobytes()
+
+
+def _comment(field: Field) -> str:
+    values = " ".join(map(repr, np.asarray(field.values).ravel().tolist()))
+    return f"comment {_plain(field.name)} {values}"

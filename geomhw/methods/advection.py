@@ -1,0 +1,61 @@
+"""Functions carried by a tangent field: the operator approach [OATVF].
+
+Azencot, Ben-Chen, Chazal, Ovsjanikov: An Operator Approach to Tangent Vector Field Processing, Computer Graphics Forum
+32(5), 2013. The flow map T_V^t = exp(t D_V) of eq. 8 pulls functions back, f∘Φ_t; exp(-t D_V) carries them along.
+"""
+
+from collections.abc import Iterator
+from typing import get_args
+
+import numpy as np
+
+from geomhw.errors import FieldError
+from geomhw.mesh.arrays import Floats
+from geomhw.mesh.triangle_mesh import TriangleMesh
+from geomhw.methods.tangent_fields import tangential
+from geomhw.operators.directional import directional_derivative
+from geomhw.solvers.exponential import Integrator, exponential, taylor3
+
+_INTEGRATORS = {"taylor3": taylor3, "krylov": exponential}
+
+
+class FlowMap:
+    """T_V^t of one field on one mesh, applied to any functions for any time.
+
+    field: V, (m, 3), of which the tangential part counts. integrator: ``taylor3``, the handout's I + tD + t²D²/2, or
+    ``krylov``, the exponential to rounding. Either splits a step too large for it. FieldError for other input.
+    """
+
+    def __init__(self, mesh: TriangleMesh, field: Floats, integrator: Integrator = "taylor3") -> None:
+        if integrator not in _INTEGRATORS:
+            raise FieldError(f"there is no integrator '{integrator}'; choose from {', '.join(get_args(Integrator))}")
+        self.mesh = mesh
+        self.field = tangential(mesh, field)
+        self.operator = directional_derivative(mesh, self.field)
+        self._apply = _INTEGRATORS[integrator]
+
+    def pull_back(self, functions: Floats, t: float) -> Floats:
+        """T_V^t f = exp(t D_V) f, (n,) or (n, k) [OATVF, eq. 8]: the value at x is that of f at Φ_t(x)."""
+        return self._apply(self.operator, t, self._checked(functions))
+
+    def carry(self, functions: Floats, t: float) -> Floats:
+        """exp(-t D_V) f, (n,) or (n, k): f moved downstream for time t."""
+        return self.pull_back(functions, -t)
+
+    def _checked(self, functions: Floats) -> Floats:
+        values = np.asarray(functions, dtype=float)
+        if values.ndim not in (1, 2) or len(values) != self.mesh.n_vertices:
+            raise FieldError(f"a function on this mesh has {self.mesh.n_vertices} values, not {values.shape}")
+        if not np.isfinite(values).all():
+            row = int(np.argmin(np.isfinite(values.reshape(len(values), -1)).all(axis=1)))
+            raise FieldError(f"the function is not finite at vertex {row}")
+        return values
+
+    def frames(self, functions: Floats, dt: float, steps: int, every: int) -> Iterator[tuple[int, Floats]]:
+        """(step, carried functions) at the start and after each ``every`` steps of dt, and at the last."""
+        values = self._checked(functions)
+        yield 0, values
+        for step in range(1, steps + 1):
+            values = self._apply(self.operator, -dt, values)
+            if step % every == 0 or step == steps:
+                yield step, values

@@ -1,0 +1,38 @@
+"""The fast scheme: classical Runge-Kutta on the vorticity equation, four Poisson solves a step."""
+
+import numpy as np
+import scipy.sparse as sp
+
+from geomhw.errors import ConvergenceError
+from geomhw.mesh.arrays import Floats
+from geomhw.methods.fluid.scheme import Memory, VorticityScheme
+
+#: Step times norm of M⁻¹J beyond which RK4 grows on the imaginary axis; B raises the norm by up to MASS_GAIN.
+STABLE = 2.8
+
+
+class FastScheme(VorticityScheme):
+    """dq/dt = -J_V B q and dc/dt by RK4: stable up to a Courant number of about 1.5, energy drift of order dt⁵ a step."""
+
+    def _advance(self, now: Memory, dt: float, tau: float) -> tuple[Floats, Floats, Floats, sp.csr_array]:
+        q, c, psi, middle = now["q"], now["c"], now["psi"], None
+        dq, dc = np.zeros_like(q), np.zeros_like(c)
+        total_q, total_c = np.zeros_like(q), np.zeros_like(c)
+        for weight, reach in ((1 / 6, 0.0), (1 / 3, 0.5), (1 / 3, 0.5), (1 / 6, 1.0)):
+            at_q, at_c = q + reach * dt * dq, c + reach * dt * dc
+            if reach:
+                psi = self.model.stream_function(at_q, now["around"])
+            J = self.model.jacobian(psi, at_c)
+            w = self.model.vorticity(at_q)
+            dq = -(J @ w)
+            dc = self.model.harmonic_rate(w, self.model.velocity(psi, at_c)) if len(c) else dc
+            total_q += weight * dq
+            total_c += weight * dc
+            middle = J if reach == 0.5 else middle
+        q, c = q + dt * total_q, c + dt * total_c
+        assert middle is not None
+        if tau:
+            q = self._smoothing(middle, q, dt, tau)[0]
+        if not np.isfinite(q).all():
+            raise ConvergenceError("the flow is no longer finite; take a shorter time step")
+        return q, self.model.stream_function(q, now["around"]), c, middle

@@ -1,0 +1,173 @@
+"""Vorticity on a mesh: the stream function and velocity it makes, and how the flow moves it.
+
+q_i is the integral of w φ_i. V = n x ∇ψ + Σ c_k h_k with Sψ = -q and harmonic h_k; with J_ij = Σ_f (A_f/3) V_f·∇φ_j,
+dq/dt = -J w. For such V, J is antisymmetric: the Jacobian of Arakawa (1966) on triangles, and M D_V of the operator
+approach [OATVF, eq. 7]. Energy, enstrophy and circulation are kept by dq/dt = -J B q for any symmetric w = B q.
+"""
+
+import numpy as np
+import scipy.sparse as sp
+
+from geomhw.errors import ConvergenceError, MeshError
+from geomhw.mesh.arrays import Floats
+from geomhw.mesh.triangle_mesh import TriangleMesh
+from geomhw.methods.harmonic import harmonic_basis
+from geomhw.operators.collapse import loop_collapse
+from geomhw.operators.directional import DirectionalDerivative
+from geomhw.operators.gradient import gradient
+from geomhw.operators.laplacian import consistent_mass, lumped_mass, stiffness
+from geomhw.solvers.direct import DirectSolver
+from geomhw.solvers.grounding import balanced, free_unknowns
+
+#: Terms of the series M_c⁻¹ = M⁻¹ (I + K + K² + ...), K = I - M_c M⁻¹, that w = B q takes: lumped mass alone lets waves
+#: lag; each term takes some three quarters of the lag away.
+MASS_CORRECTIONS = 3
+#: Step times row sum of M⁻¹J in one substep of the series, and step times τ r² in one of the filter.
+SERIES_STEP = 3.0
+FILTER_STEP = 4.0
+
+
+class VorticityModel:
+    """All that a flow needs of one mesh: one factorization, fixed patterns, the harmonic basis.
+
+    The mesh is an oriented manifold, of any genus, in any number of components, with or without boundary; on a boundary
+    loop ψ is constant, so that nothing flows through, and the circulation round it stays what it was. MeshError else.
+    """
+
+    def __init__(self, mesh: TriangleMesh) -> None:
+        if not (mesh.is_edge_manifold and mesh.is_oriented):
+            raise MeshError(
+                "a flow needs an oriented manifold: at most two faces at an edge, which agree on what is up"
+            )
+        self.mesh = mesh
+        self.gradient = gradient(mesh)
+        self._curl = (self.gradient.T * np.repeat(mesh.face_areas, 3)).tocsr()
+        self.areas = mesh.vertex_areas
+        self._inverse = np.divide(1.0, self.areas, out=np.zeros_like(self.areas), where=self.areas > 0)
+        self.mass = consistent_mass(mesh)
+        self._E, self._stand_in = loop_collapse(mesh)
+        self._on_loop = np.zeros(mesh.n_vertices, dtype=bool)
+        self._on_loop[mesh.boundary_vertices] = True
+        lone = np.flatnonzero(np.isin(self._stand_in, mesh.unreferenced_vertices))
+        K = (self._E.T @ stiffness(mesh) @ self._E).tocsr()
+        self._solve = DirectSolver(K, free_unknowns(mesh.components[self._stand_in], lone))
+        self.harmonic = harmonic_basis(mesh)
+        self._derivative = DirectionalDerivative(mesh)
+        self._harmonic_data = np.array([self._derivative.weak(h).data for h in self.harmonic])
+        self._ahead, self._behind, self._pattern = self._jacobian_pattern()
+
+    # -- states --------------------------------------------------------------------------------------------------
+
+    def from_velocity(self, V: Floats) -> tuple[Floats, Floats, Floats]:
+        """q (n,), loop circulations (k,) and harmonic coefficients c (2g,) of the divergence-free part of V, (m, 3).
+
+        Inside, q_i = Σ_f A_f ∇φ_i·(n x V_f). At a boundary vertex that sum lacks the circulation along the boundary;
+        there the vorticity is taken from the nearest inner ones, and what remains is the loop's circulation.
+        """
+        q = self._curl @ np.cross(self.mesh.face_normals, V).ravel()
+        around = np.zeros(len(self._stand_in))
+        if self._on_loop.any():
+            inside = np.where(self._on_loop, 0.0, 1.0)
+            ring = self.mass @ np.where(self._on_loop, 0.0, q * self._inverse)
+            weight = self.mass @ inside
+            w = np.divide(ring, weight, out=np.zeros_like(ring), where=weight > 0)
+            guess = np.where(self._on_loop, w * self.areas, q)
+            around = self._E.T @ np.where(self._on_loop, guess - q, 0.0)
+            q = guess
+        c = np.einsum("gfx,fx,f->g", self.harmonic, V, self.mesh.face_areas)
+        return q, around, c
+
+    def from_vorticity(self, w: Floats) -> Floats:
+        """q = M_c w, (n,), less its mean on each component: a closed surface has no net vorticity."""
+        q = self.mass @ w
+        labels = self.mesh.components
+        totals, areas = np.bincount(labels, weights=q), np.bincount(labels, weights=self.areas)
+        density = np.divide(totals, areas, out=np.zeros_like(totals), where=areas > 0)
+        return np.asarray(q - self.areas * density[labels])
+
+    def stream_function(self, q: Floats, around: Floats) -> Floats:
+        """ψ, (n,), with Sψ = -q inside, constant on each loop with that circulation; zero at one vertex a component."""
+        rhs = around - self._E.T @ q
+        return np.asarray(self._E @ self._solve(balanced(rhs, self.mesh.components[self._stand_in])))
+
+    def velocity(self, psi: Floats, c: Floats) -> Floats:
+        """n x ∇ψ + Σ c_k h_k, (m, 3)."""
+        V = np.cross(self.mesh.face_normals, (self.gradient @ psi).reshape(-1, 3))
+        return np.asarray(V + np.tensordot(c, self.harmonic, axes=1)) if len(c) else V
+
+    # -- vorticity and its transport -----------------------------------------------------------------------------
+
+    def vorticity(self, q: Floats) -> Floats:
+        """w = B q, (n,), 1/time: the truncated series of M_c⁻¹, symmetric, without a solve."""
+        w = first = q * self._inverse
+        for _ in range(MASS_CORRECTIONS):
+            w = first + w - self._inverse * (self.mass @ w)
+        return w
+
+    def roughness(self, x: Floats) -> Floats:
+        """(I - M⁻¹M_c)² M⁻¹ x, (n,): what the finest waves of x leave, the coarse ones nearly gone."""
+        x = x * self._inverse
+        for _ in range(2):
+            x = x - self._inverse * (self.mass @ x)
+        return x
+
+    def jacobian(self, psi: Floats, c: Floats) -> sp.csr_array:
+        """J_V, (n, n), antisymmetric: row i is the integral of φ_i V·∇, weak; V as in `velocity`."""
+        data = (psi[self._ahead] - psi[self._behind]) / 6
+        if len(c):
+            data += c @ self._harmonic_data
+        return sp.csr_array((data, self._pattern.indices, self._pattern.indptr), shape=self._pattern.shape)
+
+    def derivative(self, J: sp.csr_array) -> sp.csr_array:
+        """D_V = M⁻¹J, (n, n), strong."""
+        return sp.csr_array((J.data * self._inverse[self._rows], J.indices, J.indptr), shape=J.shape)
+
+    def diffusion(self, nu_dt: float) -> DirectSolver:
+        """(M + ν dt S)⁻¹, from q to the diffused w."""
+        surface = np.ones(self.mesh.n_vertices, dtype=bool)
+        surface[self.mesh.unreferenced_vertices] = False
+        return DirectSolver((lumped_mass(self.mesh) + nu_dt * stiffness(self.mesh)).tocsr(), surface)
+
+    def series_parts(self, J: sp.csr_array, dt: float) -> int:
+        """Substeps in which the series for exp(-dt J B) stays short."""
+        return max(1, int(np.ceil(dt * self._rate(J) / SERIES_STEP)))
+
+    def filter_parts(self, J: sp.csr_array, dt: float, tau: float) -> int:
+        """Substeps in which the filter is stable; its eigenvalues are within 0.4 τ r² on well-shaped meshes."""
+        return int(np.ceil(tau * dt * self._rate(J) ** 2 / FILTER_STEP))
+
+    def _rate(self, J: sp.csr_array) -> float:
+        """r, the largest row sum of M⁻¹J, 1/time: how many cells a second the flow crosses where it crosses most."""
+        sums = np.bincount(self._rows, np.abs(J.data), J.shape[0])
+        rate = float((sums * self._inverse).max(initial=0.0))
+        if not np.isfinite(rate):
+            raise ConvergenceError("the flow is no longer finite; take a shorter time step or a weaker force")
+        return rate
+
+    def harmonic_rate(self, w: Floats, V: Floats) -> Floats:
+        """dc_k/dt = -Σ_f A_f w_f (n x V_f)·h_k, (2g,), w_f the mean of the corners."""
+        if not len(self.harmonic):
+            return np.zeros(0)
+        lift = np.cross(self.mesh.face_normals, V) * (self.mesh.face_areas * w[self.mesh.faces].mean(axis=1))[:, None]
+        return np.asarray(-np.einsum("gfx,fx->g", self.harmonic, lift))
+
+    def _jacobian_pattern(self) -> tuple[Floats, Floats, sp.csr_array]:
+        """For each entry (i, j), the vertices l and k beyond the edge: J_ij = (ψ_l - ψ_k)/6 [Arakawa 1966].
+
+        Face (i, j, k) holds the edge from i to j, face (j, i, l) the one from j to i. On the boundary the missing
+        vertex is i itself, whose ψ is the loop's; on the diagonal both are.
+        """
+        mesh = self.mesh
+        pattern = self._derivative.weak(np.zeros((mesh.n_faces, 3)))
+        rows = self._rows = np.repeat(np.arange(mesh.n_vertices), np.diff(pattern.indptr))
+        keys = rows * np.int64(mesh.n_vertices) + pattern.indices
+        order = np.argsort(keys)
+        sides = []
+        for ahead in (True, False):
+            i, j = np.roll(mesh.faces, -1, axis=1), np.roll(mesh.faces, -2, axis=1)  # edge i -> j, opposite corner k
+            i, j = (i, j) if not ahead else (j, i)
+            at = order[np.searchsorted(keys, (i * np.int64(mesh.n_vertices) + j).ravel(), sorter=order)]
+            beyond = rows.copy()
+            beyond[at] = mesh.faces.ravel()
+            sides.append(beyond)
+        return sides[0], sides[1], pattern

@@ -1,0 +1,136 @@
+"""From numbers to colors: limits, logarithms, color maps, and the ticks of a color bar."""
+
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from geomhw.errors import FieldError
+from geomhw.mesh.arrays import Floats
+from geomhw.mesh.triangle_mesh import TriangleMesh
+from geomhw.render.layers import Surface
+
+Table = NDArray[np.uint8]
+
+
+@dataclass(frozen=True)
+class Shades:
+    """A surface's values made ready to draw.
+
+    values: 0..1 along the color map, or uint8 RGB rows; known: which of them are numbers at all.
+    limits: the (transformed) values at the ends of the map; clipped: whether data lie below and above them.
+    levels: isolines, 0..1.
+    """
+
+    values: NDArray[Any]
+    known: NDArray[np.bool_]
+    location: Literal["vertex", "face"]
+    table: Table
+    limits: tuple[float, float] = (0.0, 1.0)
+    clipped: tuple[bool, bool] = (False, False)
+    log: bool = False
+    levels: Floats = ()  # type: ignore[assignment]
+
+    @property
+    def rgb(self) -> bool:
+        """Whether the values are colors."""
+        return self.values.ndim == 2
+
+    @property
+    def per_face(self) -> bool:
+        """Whether there is one value a face."""
+        return self.location == "face"
+
+    @property
+    def preference(self) -> str:
+        """VTK's word for the location."""
+        return "cell" if self.per_face else "point"
+
+
+def shade(surface: Surface, mesh: TriangleMesh) -> Shades | None:
+    """The colors of a surface; None if it has no values."""
+    if surface.values is None:
+        return None
+    values = np.asarray(surface.values)
+    rows = mesh.n_faces if surface.location == "face" else mesh.n_vertices
+    if len(values) != rows or values.ndim > 2 or (values.ndim == 2 and values.shape[1] != 3):
+        raise FieldError(f"colors of shape {values.shape} do not fit {rows} rows, one a {surface.location}")
+    table = color_table(surface.colormap, surface.span)
+    if values.ndim == 2:
+        rgb = values if values.dtype == np.uint8 else np.clip(np.nan_to_num(values) * 255 + 0.5, 0, 255).astype(np.uint8)
+        return Shades(rgb, np.isfinite(values).all(axis=1), surface.location, table)
+    values = values.astype(float)
+    known = np.isfinite(values)
+    below = False
+    if surface.log:
+        values, below = _logarithm(values, known, surface.decades)
+    low, high = limits = _limits(values[known], surface)
+    scaled = np.clip((np.where(known, values, low) - low) / (high - low), 0, 1)
+    levels = np.arange(1, surface.isolines + 1) / (surface.isolines + 1)
+    clipped = below or bool(np.any(values[known] < low)), bool(np.any(values[known] > high))
+    return Shades(scaled, known, surface.location, table, limits, clipped, surface.log, levels)
+
+
+def color_table(name: str, span: tuple[float, float] = (0.0, 1.0), colors: int = 256) -> Table:
+    """RGBA rows of a matplotlib color map, (colors, 4) uint8."""
+    import matplotlib
+
+    table: Table = matplotlib.colormaps[name](np.linspace(*span, colors), bytes=True)
+    return table
+
+
+def _logarithm(values: Floats, known: NDArray[np.bool_], decades: float) -> tuple[Floats, bool]:
+    """log10, and whether some were raised to the floor: ``decades`` below the largest, or the smallest above zero."""
+    positive = known & (values > 0)
+    logs = np.full(values.shape, np.inf)
+    np.log10(values, out=logs, where=positive)
+    top = logs[positive].max(initial=-np.inf)
+    floor = max(top - decades, logs.min(initial=np.inf)) if positive.any() else 0.0
+    raised = known & (~positive | (logs < floor))
+    return np.where(raised, floor, logs), bool(raised.any())
+
+
+def _limits(values: Floats, surface: Surface) -> tuple[float, float]:
+    if surface.limits is not None:
+        low, high = surface.limits
+    elif not len(values):
+        low, high = 0.0, 1.0
+    elif surface.symmetric:
+        high = float(np.quantile(np.abs(values), 1 - surface.outliers))
+        low = -(high := high or float(np.abs(values).max()))
+    else:
+        low, high = np.quantile(values, [surface.outliers, 1 - surface.outliers]).tolist()
+    if high > low:
+        return low, high
+    pad = abs(low) or 1.0  # a constant: any limits round it will do
+    return low - pad / 2, high + pad / 2
+
+
+def ticks(low: float, high: float, most: int = 5, whole: bool = False) -> Floats:
+    """At most ``most`` round numbers in [low, high], evenly spaced by 1, 2, 2.5 or 5 times a power of ten."""
+    span = high - low
+    power = 10.0 ** np.floor(np.log10(span / most))
+    for factor in (1, 2, 2.5, 5, 10, 20, 25, 50):
+        step = factor * power
+        if whole and (step < 1 or step != round(step)):
+            continue
+        first, last = np.ceil(low / step - 1e-9), np.floor(high / step + 1e-9)
+        if last - first + 1 <= most:
+            break
+    return np.asarray(np.arange(first, last + 1) * step)
+
+
+def tick_labels(values: Floats) -> tuple[list[str], str]:
+    """Short texts for round numbers, and the power of ten to be written once, such as "×10⁻⁶"."""
+    largest = np.abs(values).max(initial=0.0)
+    power = int(np.floor(np.log10(largest))) if largest > 0 else 0
+    if -3 <= power < 5:
+        power = 0
+    texts = [f"{value:.6g}".replace("-", "−") for value in values / 10.0**power + 0.0]  # no -0
+    return texts, f"×10{superscript(power)}" if power else ""
+
+
+def superscript(number: int) -> str:
+    """An integer in raised digits."""
+    return str(number).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))

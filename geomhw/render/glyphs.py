@@ -1,0 +1,72 @@
+"""Arrows and isolines as triangles and segments. Plain numpy; all in the coordinates in which they are given."""
+
+import numpy as np
+
+from geomhw.mesh.arrays import Floats, Ints
+from geomhw.mesh.geometry import unit
+
+#: An arrow along +x of length one round the origin: shaft and head, (corners, 2), and its triangles.
+_SHAFT, _HEAD, _NOTCH = 0.05, 0.21, 0.06
+_OUTLINE = np.array(
+    [[-0.5, -_SHAFT], [_NOTCH, -_SHAFT], [_NOTCH, _SHAFT], [-0.5, _SHAFT], [0.0, -_HEAD], [0.5, 0.0], [0.0, _HEAD], [_NOTCH, 0.0]]
+)
+_TRIANGLES = np.array([[0, 1, 2], [0, 2, 3], [4, 5, 7], [7, 5, 6]])
+
+
+def arrow_triangles(centers: Floats, vectors: Floats, normals: Floats) -> tuple[Floats, Ints]:
+    """Flat arrows lying across the normals, as long as their vectors: points and triangles."""
+    across = unit(np.cross(normals, vectors)) * np.linalg.norm(vectors, axis=1, keepdims=True)
+    points = centers[:, None] + _OUTLINE[:, :1] * vectors[:, None] + _OUTLINE[:, 1:] * across[:, None]
+    triangles = len(_OUTLINE) * np.arange(len(centers))[:, None, None] + _TRIANGLES
+    return points.reshape(-1, 3), triangles.reshape(-1, 3)
+
+
+def spread(points: Floats, distance: float) -> Ints:
+    """Indices of points at least ``distance`` apart that leave no larger gaps, ascending.
+
+    Rounds of "the first among its neighbors stays, they go", in a fixed shuffled order.
+    """
+    from scipy.spatial import cKDTree
+
+    chosen = _one_per_cell(points, distance / 3)
+    kept = points[chosen]
+    pairs = cKDTree(kept).query_pairs(distance, output_type="ndarray")
+    rank = np.random.default_rng(0).permutation(len(kept))
+    alive, taken = np.ones(len(kept), dtype=bool), np.zeros(len(kept), dtype=bool)
+    while alive.any():
+        first = alive.copy()
+        lower = rank[pairs[:, 0]] < rank[pairs[:, 1]]
+        first[np.where(lower, pairs[:, 1], pairs[:, 0])] = False
+        taken |= first
+        alive &= ~first
+        gone = np.concatenate([pairs[first[pairs[:, 0]], 1], pairs[first[pairs[:, 1]], 0]])
+        alive[gone] = False
+        pairs = pairs[alive[pairs].all(axis=1)]
+    return np.sort(chosen[taken])
+
+
+def _one_per_cell(points: Floats, size: float) -> Ints:
+    """The lowest point in each cell of a lattice, so that dense meshes cost no more than coarse ones."""
+    cells = np.floor((points - points.min(axis=0)) / size).astype(np.int64)
+    _, first = np.unique(cells, axis=0, return_index=True)
+    return first
+
+
+def isoline_segments(points: Floats, faces: Ints, values: Floats, levels: Floats) -> Floats:
+    """Line segments on which the linear interpolant takes one of the levels, (s, 2, 3)."""
+    corner = values[faces]
+    segments = []
+    for level in levels:  # about twenty
+        above = corner >= level
+        count = above.sum(axis=1)
+        crossed = np.flatnonzero((count == 1) | (count == 2))
+        # The corner that is alone on its side: two segments ends lie on its two edges.
+        odd = np.where(count[crossed] == 1, above[crossed].argmax(axis=1), (~above[crossed]).argmax(axis=1))
+        tip = faces[crossed, odd]
+        ends = []
+        for step in (1, 2):
+            other = faces[crossed, (odd + step) % 3]
+            weight = ((level - values[tip]) / (values[other] - values[tip]))[:, None]
+            ends.append((1 - weight) * points[tip] + weight * points[other])
+        segments.append(np.stack(ends, axis=1))
+    return np.concatenate(segments) if segments else np.zeros((0, 2, 3))

@@ -1,0 +1,92 @@
+"""What a picture is made of, in words: panels with a colored surface, arrows and markers. Plain data."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Literal
+
+from numpy.typing import ArrayLike
+
+from geomhw.mesh.arrays import Floats
+
+Color = str  # "#rrggbb"
+
+
+@dataclass(frozen=True)
+class Surface:
+    """The mesh, colored.
+
+    values: one number per vertex or face, or three (RGB, 0..1 or uint8); None paints all in ``color``.
+        Where a number is not finite, the surface is gray.
+    colormap: a name known to matplotlib; ``span`` is the part of it to use.
+    limits: the values at the ends of the color map; None takes those of the data, without the ``outliers`` (a
+        fraction) at each end. ``symmetric`` puts zero in the middle.
+    log: color by the logarithm, at most ``decades`` below the largest value.
+    isolines: how many evenly spaced lines of equal value to draw.
+    label: what the numbers are, written next to the color bar; ``bar`` turns that off.
+    """
+
+    values: ArrayLike | None = None
+    location: Literal["vertex", "face"] = "vertex"
+    colormap: str = "viridis"
+    span: tuple[float, float] = (0.0, 1.0)
+    limits: tuple[float, float] | None = None
+    outliers: float = 0.0
+    symmetric: bool = False
+    log: bool = False
+    decades: float = 300.0
+    isolines: int = 0
+    label: str = ""
+    bar: bool = True
+    color: Color = "#d9dce1"
+
+
+@dataclass(frozen=True)
+class Arrows:
+    """Arrows on the surface, thinned to an even spacing.
+
+    vectors: (m, 3) or (n, 3). scale: the magnitude drawn as long as the spacing; None draws directions only, all
+        of one length.
+    spacing: distance between arrows as a fraction of the panel's shorter side.
+    """
+
+    vectors: Floats
+    location: Literal["vertex", "face"] = "face"
+    color: Color = "#14171c"
+    scale: float | None = None
+    spacing: float = 0.034
+
+
+@dataclass(frozen=True)
+class Marker:
+    """A vertex marked by a disc, a ring where it is behind the surface, and a label that is always on top."""
+
+    vertex: int
+    label: str = ""
+    color: Color = "#d62728"
+
+
+@dataclass(frozen=True)
+class Panel:
+    """One picture of the mesh: a title, a surface and what lies on it; ``note`` is a line under the color bar."""
+
+    title: str = ""
+    surface: Surface = field(default_factory=Surface)
+    arrows: Sequence[Arrows] = ()
+    markers: Sequence[Marker] = ()
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class Theme:
+    """Colors of paper and ink."""
+
+    background: Color = "#ffffff"
+    ink: Color = "#1b1f24"
+    faint: Color = "#8b929c"
+    line: Color = "#14171c"
+    unknown: Color = "#b9bdc4"
+
+
+LIGHT = Theme()
+DARK = Theme(background="#14171c", ink="#eceff4", faint="#7d8592", line="#eceff4", unknown="#555b66")
+

@@ -1,0 +1,206 @@
+"""The one place where VTK draws: a stage with a mesh on it, photographed as often as wanted.
+
+Geometry is brought into the camera's coordinates in numpy: one unit is half the height of the picture, whatever the
+size of the mesh and wherever it lies. The camera never moves.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from types import TracebackType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from geomhw.mesh.arrays import Floats, Ints
+from geomhw.mesh.triangle_mesh import TriangleMesh
+from geomhw.render import glyphs, offscreen
+from geomhw.render.colors import Shades
+from geomhw.render.layers import LIGHT, Arrows, Surface, Theme
+from geomhw.render.view import View, choose_view
+
+Image = NDArray[np.uint8]
+
+#: Pixels drawn for each pixel delivered, along each side.
+SUPERSAMPLING = 2
+#: Faces that meet at a larger angle are shaded as an edge, degrees.
+CREASE = 55.0
+#: Free border round the mesh, a fraction of the picture.
+MARGIN = 0.03
+#: How far lines and arrows are brought towards the viewer, so that they do not drown in the surface.
+LIFT = 0.006
+#: Arrows are drawn where the cosine between normal and line of sight is larger.
+RIM = 0.2
+
+
+class Stage:
+    """A window off screen with one mesh, one view and one size; ``photograph`` draws layers and returns pixels.
+
+    Frames of a film share a stage: the window stays open, only what is shown changes.
+
+    >>> with Stage(mesh, (640, 480)) as stage:  # doctest: +SKIP
+    ...     frames = [stage.photograph(Surface(values)) for values in history]
+    """
+
+    def __init__(
+        self, mesh: TriangleMesh, size: tuple[int, int], view: View | None = None, theme: Theme = LIGHT
+    ) -> None:
+        offscreen.prepare()
+        import pyvista
+
+        self.mesh, self.size, self.theme = mesh, size, theme
+        self.view = view or choose_view(mesh)
+        width, height = size
+        room = np.array([width / height, 1.0]) * (1 - 2 * MARGIN)
+        self.unit = float(np.max(self.view.extent / room))  # mesh length of one unit on stage
+        self._points = self.view.project(mesh.vertices) / self.unit
+        self._shell = _shell(self._points, mesh.faces)
+        self._plotter: Any = pyvista.Plotter(
+            off_screen=True, window_size=[SUPERSAMPLING * width, SUPERSAMPLING * height], lighting="none"
+        )
+        self._plotter.set_background(theme.background)
+        self._light()
+        self._aim()
+
+    def __enter__(self) -> "Stage":
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Give the window back."""
+        self._plotter.close()
+
+    def pixels(self, points: Floats) -> Floats:
+        """Where points of the mesh are in the picture, (k, 2): columns and rows, from the upper left corner."""
+        width, height = self.size
+        seen = self.view.project(points)[:, :2] / self.unit
+        return np.asarray(np.array([width, height]) / 2 + seen * [1, -1] * height / 2)
+
+    def photograph(self, surface: Surface, shades: Shades | None = None, arrows: Sequence[Arrows] = ()) -> Image:
+        """The picture, (h, w, 3), of the surface and the arrows on it, at ``SUPERSAMPLING`` times the size."""
+        self._plotter.clear_actors()
+        self._add_surface(surface, shades)
+        for item in arrows:
+            self._add_arrows(item)
+        self._plotter.render()
+        picture: Image = np.array(self._plotter.screenshot(None, return_img=True))[..., :3]
+        return picture
+
+    # -- what is shown -------------------------------------------------------------------------------------------
+
+    def _add_surface(self, surface: Surface, shades: Shades | None) -> None:
+        import pyvista
+
+        everything = np.ones(self.mesh.n_faces, dtype=bool)
+        if shades is None:
+            self._add_shell(everything, color=surface.color)
+            return
+        known = shades.known if shades.per_face else shades.known[self.mesh.faces].all(axis=1)
+        self._add_shell(~known, color=self.theme.unknown)
+        values = shades.values[known] if shades.per_face else shades.values[self._shell.origin]
+        look = {"rgb": True} if shades.rgb else {"cmap": pyvista.LookupTable(values=shades.table, scalar_range=(0.0, 1.0))}
+        self._add_shell(known, scalars=values, preference="cell" if shades.per_face else "point", **look)
+        segments = glyphs.isoline_segments(self._points, self.mesh.faces[known], shades.values, shades.levels)
+        self._add_lines(segments + [0, 0, LIFT])
+
+    def _add_shell(self, which: NDArray[np.bool_], **look: Any) -> None:
+        import pyvista
+
+        if not which.any():
+            return
+        mesh = pyvista.PolyData.from_regular_faces(self._shell.points, self._shell.faces[which])
+        mesh.point_data.active_normals = self._shell.normals
+        actor = self._plotter.add_mesh(
+            mesh,
+            ambient=0.52,
+            diffuse=0.55,
+            specular=0.08,
+            specular_power=20,
+            show_scalar_bar=False,
+            interpolate_before_map=True,
+            reset_camera=False,
+            render=False,
+            **look,
+        )
+        actor.prop.interpolation = "Phong"
+
+    def _add_lines(self, segments: Floats) -> None:
+        import pyvista
+
+        if not len(segments):
+            return
+        lines = pyvista.PolyData()
+        lines.points = segments.reshape(-1, 3).astype(np.float32)
+        ends = np.arange(2 * len(segments)).reshape(-1, 2)
+        lines.lines = np.insert(ends, 0, 2, axis=1).ravel()
+        self._plotter.add_mesh(
+            lines, color=self.theme.line, line_width=SUPERSAMPLING, lighting=False, reset_camera=False, render=False
+        )
+
+    def _add_arrows(self, arrows: Arrows) -> None:
+        import pyvista
+
+        per_face = arrows.location == "face"
+        mesh, axes = self.mesh, self.view.axes
+        normals = (mesh.face_normals if per_face else mesh.vertex_normals) @ axes.T
+        centers = self._points[mesh.faces].mean(axis=1) if per_face else self._points
+        width, height = self.size
+        spacing = 2 * arrows.spacing * min(width / height, 1.0)
+        vectors = np.asarray(arrows.vectors, dtype=float) @ axes.T
+        length = np.linalg.norm(vectors, axis=1)
+        # Those at the rim are seen edge on, as hairs that stick out.
+        usable = np.flatnonzero(np.isfinite(length) & (length > 0) & (np.abs(normals[:, 2]) > RIM))
+        if not len(usable):
+            return
+        keep = usable[glyphs.spread(centers[usable], spacing)]
+        full = length[keep] if arrows.scale is None else arrows.scale
+        drawn = vectors[keep] * (spacing / full * np.ones(len(keep)))[:, None]
+        front = np.where(normals[keep, 2:] < 0, -1.0, 1.0)  # on the side that is seen, of a sheet too
+        lifted = centers[keep] + 0.1 * spacing * front * normals[keep] + [0, 0, LIFT]
+        points, triangles = glyphs.arrow_triangles(lifted, drawn, normals[keep])
+        shape = pyvista.PolyData.from_regular_faces(points.astype(np.float32), triangles)
+        self._plotter.add_mesh(shape, color=arrows.color, lighting=False, reset_camera=False, render=False)
+
+    # -- light and camera ----------------------------------------------------------------------------------------
+
+    def _light(self) -> None:
+        import pyvista
+
+        for position, intensity in (((-0.5, 0.8, 1.2), 0.7), ((0.8, -0.1, 1.0), 0.35)):
+            light = pyvista.Light(position=position, focal_point=(0, 0, 0), intensity=intensity, light_type="scene light")
+            light.positional = False
+            self._plotter.add_light(light)
+
+    def _aim(self) -> None:
+        camera = self._plotter.camera
+        depth = 1.1 * float(np.abs(self._points[:, 2]).max()) + 1.0
+        camera.position, camera.focal_point, camera.up = (0, 0, 2 * depth), (0, 0, 0), (0, 1, 0)
+        camera.parallel_projection = True
+        camera.parallel_scale = 1.0
+        camera.clipping_range = (depth * 0.5, depth * 3.5)
+
+
+@dataclass(frozen=True)
+class Shell:
+    """The mesh as VTK draws it: points doubled along creases, the vertex that each came from, and its normal."""
+
+    points: NDArray[np.float32]
+    normals: NDArray[np.float32]
+    origin: Ints
+    faces: Ints
+
+
+def _shell(points: Floats, faces: Ints) -> Shell:
+    import pyvista
+
+    mesh = pyvista.PolyData.from_regular_faces(points.astype(np.float32), faces)
+    mesh.point_data["vertex"] = np.arange(len(points))
+    mesh = mesh.compute_normals(
+        cell_normals=False, split_vertices=True, feature_angle=CREASE, consistent_normals=False
+    )
+    arrays = (mesh.points, mesh.point_data["Normals"], mesh.point_data["vertex"], mesh.faces.reshape(-1, 4)[:, 1:])
+    return Shell(*map(np.array, arrays))

@@ -1,0 +1,161 @@
+"""Where to look from. Plain numpy, from the mesh alone: the same view at any scale and place.
+
+A view is a parallel projection. Shapes stand upright (y is up), seen a little from above, from the side that shows most.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from geomhw.mesh.arrays import Floats
+from geomhw.mesh.geometry import unit
+from geomhw.mesh.triangle_mesh import TriangleMesh
+
+#: A mesh is flat if it is this much thinner than wide.
+FLATNESS = 0.03
+#: Flat meshes this much longer than wide are laid across the picture.
+ELONGATION = 2.5
+
+_AZIMUTHS = np.radians(np.arange(12) * 30.0 + 30.0)
+_ELEVATIONS = np.radians([20.0, 40.0])
+_CELLS = 48
+_SAMPLES = 20_000
+_WEIGHTS = np.array([1.0, 0.6, 0.15])  # silhouette, bending, points of interest
+_FACING = 0.4
+
+
+@dataclass(frozen=True)
+class View:
+    """Parallel projection: ``axes`` has the rows right, up, towards the viewer; ``center`` is what it looks at.
+
+    extent: half width and half height of the mesh, seen so.
+    """
+
+    axes: Floats
+    center: Floats
+    extent: Floats
+
+    @property
+    def aspect(self) -> float:
+        """Width over height of the mesh in the picture."""
+        return float(self.extent[0] / max(self.extent[1], 1e-3 * self.extent[0]))
+
+    def project(self, points: Floats) -> Floats:
+        """Points in the view's coordinates (right, up, near), lengths unchanged."""
+        return np.asarray((points - self.center) @ self.axes.T)
+
+
+def choose_view(mesh: TriangleMesh, interest: Sequence[int] = ()) -> View:
+    """A view from which the shape is recognized, and the vertices of ``interest`` are seen if they can be."""
+    used = mesh.vertices[np.unique(mesh.faces)]
+    middle = (used.min(axis=0) + used.max(axis=0)) / 2
+    size = np.ptp(used, axis=0).max()
+    points = (used - middle) / size
+    axes = _flat_axes(points, mesh) if _is_flat(points) else None
+    if axes is None:
+        bends, bending = _bends(mesh)
+        scene = [(p - middle) / size for p in (surface_samples(mesh, _SAMPLES), bends, mesh.vertices[list(interest)])]
+        candidates = [_axes(_direction(a, e), np.array([0.0, 1.0, 0.0])) for e in _ELEVATIONS for a in _AZIMUTHS]
+        shown = np.array([_measure(axes, scene[0], scene[1], bending, scene[2]) for axes in candidates])
+        # Faces and hands bend more than backs; and heads, which are on top, should look our way.
+        top = scene[0][:, 1] > np.quantile(scene[0][:, 1], 0.8)
+        ahead = scene[0][top].mean(axis=0) - scene[0].mean(axis=0)
+        facing = np.array([axes[2, [0, 2]] @ ahead[[0, 2]] for axes in candidates])
+        scores = shown / np.maximum(shown.max(axis=0), 1e-300) @ _WEIGHTS + _FACING * facing
+        # The first of the nearly best: a symmetric shape must not turn with its rounding.
+        axes = candidates[int(np.argmax(scores > scores.max() - 1e-3))]
+    seen = (used - middle) @ axes.T
+    low, high = seen.min(axis=0), seen.max(axis=0)
+    return View(axes, middle + (low + high) / 2 @ axes, (high - low)[:2] / 2)
+
+
+def visible(mesh: TriangleMesh, view: View, vertices: Sequence[int]) -> list[bool]:
+    """Whether each vertex is seen: no face in front of it."""
+    points = view.project(mesh.vertices)
+    near = 1e-3 * np.ptp(points, axis=0).max()
+    a, b, c = (points[mesh.faces[:, k]] for k in range(3))
+    answers = []
+    for vertex in vertices:  # a handful of markers
+        p = points[vertex]
+        areas = np.stack([_turn(b - p, c - p), _turn(c - p, a - p), _turn(a - p, b - p)], axis=1)
+        total = areas.sum(axis=1)
+        inside = (total != 0) & (((areas >= 0).all(axis=1)) | ((areas <= 0).all(axis=1)))
+        weights = areas[inside] / total[inside, None]
+        depth = np.einsum("fk,fk->f", weights, np.stack([a[inside, 2], b[inside, 2], c[inside, 2]], axis=1))
+        own = (mesh.faces[inside] == vertex).any(axis=1)
+        answers.append(not np.any((depth > p[2] + near) & ~own))
+    return answers
+
+
+def surface_samples(mesh: TriangleMesh, count: int) -> Floats:
+    """Points spread evenly over the surface, (count, 3), the same ones every time."""
+    k = np.arange(count)
+    total = np.cumsum(mesh.face_areas)
+    if total[-1] <= 0:
+        return mesh.face_centers
+    face = np.minimum(np.searchsorted(total, (k + 0.5) / count * total[-1]), mesh.n_faces - 1)
+    # The plastic number gives two sequences that fill the unit square evenly; fold it to a triangle.
+    u, v = (0.5 + k / 1.324717957244746) % 1, (0.5 + k / 1.324717957244746**2) % 1
+    u, v = np.where(u + v > 1, 1 - u, u), np.where(u + v > 1, 1 - v, v)
+    corners = mesh.vertices[mesh.faces[face]]
+    return np.asarray(corners[:, 0] + u[:, None] * (corners[:, 1] - corners[:, 0]) + v[:, None] * (corners[:, 2] - corners[:, 0]))
+
+
+def _turn(p: Floats, q: Floats) -> Floats:
+    return np.asarray(p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0])
+
+
+def _direction(azimuth: float, elevation: float) -> Floats:
+    """Unit vector towards the viewer; azimuth 0 looks from +z, and grows towards +x."""
+    across = np.cos(elevation)
+    return np.array([across * np.sin(azimuth), np.sin(elevation), across * np.cos(azimuth)])
+
+
+def _axes(toward: Floats, up: Floats) -> Floats:
+    """Rows right, up, toward, from the direction to the viewer and what should be up."""
+    right = unit(np.cross(up, toward))
+    return np.stack([right, np.cross(toward, right), toward])
+
+
+def _is_flat(points: Floats) -> bool:
+    spread = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
+    return bool(spread[2] < FLATNESS * spread[1])
+
+
+def _flat_axes(points: Floats, mesh: TriangleMesh) -> Floats:
+    """Looking at the face of a flat mesh; y stays up unless the mesh is long, or lies in that plane."""
+    _, _, (longest, _, thin) = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)
+    side = float(thin @ (mesh.face_areas @ mesh.face_normals))
+    tallest = thin[np.abs(thin).argmax()]
+    toward = thin if (side if abs(side) > 1e-6 * mesh.face_areas.sum() else tallest) > 0 else -thin
+    up = np.array([0.0, 1.0, 0.0]) if abs(toward[1]) < 0.7 else np.array([0.0, 0.0, -1.0])
+    axes = _axes(toward, up)
+    extent = np.ptp(points @ axes.T, axis=0)
+    if extent[1] > ELONGATION * extent[0]:
+        axes = np.stack([axes[1], -axes[0], axes[2]])
+    return axes
+
+
+def _bends(mesh: TriangleMesh) -> tuple[Floats, Floats]:
+    """Midpoints of (some of) the edges, and how much the surface bends there: turning of the normal times length."""
+    some = slice(None, None, 1 + mesh.n_edges // _SAMPLES)
+    start, end = mesh.edges[some].T
+    turning = np.linalg.norm(mesh.vertex_normals[start] - mesh.vertex_normals[end], axis=1)
+    return (mesh.vertices[start] + mesh.vertices[end]) / 2, turning * mesh.edge_lengths[some]
+
+
+def _measure(axes: Floats, cloud: Floats, bends: Floats, bending: Floats, poi: Floats) -> list[float]:
+    """What this view shows: area of the silhouette, share of the bending in sight, and of the points of interest.
+
+    By a coarse depth buffer; the points are of unit size.
+    """
+    seen = np.concatenate([cloud, bends, poi]) @ axes.T
+    cell = np.floor((seen[:, :2] + 1) * _CELLS).astype(np.int64)
+    key = cell[:, 0] * 2 * _CELLS + cell[:, 1]
+    nearest = np.full(4 * _CELLS**2, -np.inf)
+    np.maximum.at(nearest, key[: len(cloud)], seen[: len(cloud), 2])
+    in_sight = seen[len(cloud) :, 2] > nearest[key[len(cloud) :]] - 2 / _CELLS
+    silhouette = np.isfinite(nearest).sum() / _CELLS**2
+    detail = in_sight[: len(bends)] @ bending
+    return [silhouette, detail, in_sight[len(bends) :].mean() if len(poi) else 0.0]

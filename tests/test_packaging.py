@@ -1,0 +1,53 @@
+"""What is installed: the wheel holds both packages and nothing of the tests; the console script is declared."""
+
+import subprocess
+import sys
+import zipfile
+from importlib.metadata import entry_points
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parent.parent
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
+    """Names in a wheel built with the setuptools at hand, from a copy of the sources."""
+    import shutil
+
+    copy = tmp_path_factory.mktemp("sources")
+    for name in ("pyproject.toml", "README.md", "LICENSE"):
+        shutil.copy(ROOT / name, copy / name)
+    for name in ("geomhw", "cli"):
+        shutil.copytree(ROOT / name, copy / name, ignore=shutil.ignore_patterns("__pycache__"))
+    target = tmp_path_factory.mktemp("wheel")
+    pip = [sys.executable, "-m", "pip", "wheel", "--no-deps", "--no-build-isolation", "--quiet"]
+    subprocess.run([*pip, "--wheel-dir", str(target), str(copy)], check=True, capture_output=True)
+    (built,) = target.glob("*.whl")
+    with zipfile.ZipFile(built) as archive:
+        return archive.namelist()
+
+
+def test_wheel_holds_every_module(wheel: list[str]) -> None:
+    """Each module of the library and of the program, under their installed names; no top-level ``cli``."""
+    library = {str(p.relative_to(ROOT)) for p in (ROOT / "geomhw").rglob("*.py")}
+    commands = {f"geomhw_cli/{p.name}" for p in (ROOT / "cli").glob("*.py")}
+    inside = {name for name in wheel if ".dist-info/" not in name}
+    assert inside == library | commands | {"geomhw/py.typed"}
+
+
+def test_console_script() -> None:
+    """``geomhw`` starts the program."""
+    (script,) = entry_points(group="console_scripts", name="geomhw")
+    assert script.value == "geomhw_cli.main:main"
+
+
+def test_public_names_import() -> None:
+    """Everything that the package offers at its top can be had there, and nothing else."""
+    import geomhw
+
+    for name in geomhw.__all__:
+        assert getattr(geomhw, name) is not None
+    with pytest.raises(AttributeError, match="nothing_of_ours"):
+        geomhw.nothing_of_ours  # noqa: B018
