@@ -5,6 +5,7 @@ from pathlib import Path
 import click
 
 from geomhw_cli import options
+from geomhw_cli.job import Job
 
 
 @click.command(no_args_is_help=True)
@@ -41,7 +42,6 @@ def geodesic(
     from geomhw.methods.heat_distance import HeatDistance
     from geomhw.methods.sources import default_source
     from geomhw.render.pictures import geodesic_picture
-    from geomhw_cli.job import Job
 
     job = Job.plan("geodesic", mesh_path, outputs=outputs, png=png, no_png=no_png, as_json=as_json, quiet=quiet)
     mesh = job.read()
@@ -57,4 +57,4 @@ def geodesic(
     ]
     if unreached := report["unreachable_vertices"]:
         lines.append(f"warning: {unreached} vertices lie on components without a source; their distance is inf")
-    job.finish(result, lines)
+    job.finish(mesh, result.report, lines)

@@ -5,6 +5,7 @@ from pathlib import Path
 import click
 
 from geomhw_cli import options
+from geomhw_cli.job import Job
 
 
 @click.command(no_args_is_help=True)
@@ -46,7 +47,6 @@ def helmholtz(
     from geomhw.methods.helmholtz import HelmholtzDecomposition
     from geomhw.methods.tangent_fields import face_vectors
     from geomhw.render.pictures import helmholtz_picture
-    from geomhw_cli.job import Job
 
     job = Job.plan(
         "helmholtz",
@@ -70,4 +70,4 @@ def helmholtz(
     ]
     if (lost := result.report["normal_part_removed"]) > 1e-12:
         lines.append(f"note: the field's part normal to the faces ({lost:.4%} of the energy) is left out")
-    job.finish(result, lines)
+    job.finish(mesh, result.report, lines)

@@ -2,17 +2,19 @@
 
 import json
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from geomhw.errors import RenderError
-from geomhw.mesh.triangle_mesh import TriangleMesh
-from geomhw.results import Result
+
+if TYPE_CHECKING:
+    from geomhw.mesh.triangle_mesh import TriangleMesh
+    from geomhw.results import Result
 
 
 @dataclass
@@ -24,10 +26,10 @@ class Job:
 
     command: str
     mesh_path: Path
-    outputs: Sequence[Path]
-    png: Path | None
-    as_json: bool
-    quiet: bool
+    outputs: Sequence[Path] = ()
+    png: Path | None = None
+    as_json: bool = False
+    quiet: bool = False
     notes: dict[str, Any] = field(default_factory=dict)
     written: list[str] = field(default_factory=list)
     seconds: dict[str, float] = field(default_factory=dict)
@@ -65,7 +67,7 @@ class Job:
         yield
         self.seconds[name] = round(time.perf_counter() - start, 4)
 
-    def read(self) -> TriangleMesh:
+    def read(self) -> "TriangleMesh":
         """The mesh of the command line; what the reader noticed goes to the report."""
         from geomhw.io import read
 
@@ -74,7 +76,7 @@ class Job:
         self.notes = found.report
         return found.mesh
 
-    def write(self, result: Result, picture: Callable[[Result], Any] | None = None) -> None:
+    def write(self, result: "Result", picture: "Callable[[Result], Any] | None" = None) -> None:
         """Write the data files, all or none; then the picture, so that a failure to draw loses no data."""
         from geomhw.io import write
         from geomhw.io.image import write_png
@@ -91,15 +93,15 @@ class Job:
                 raise RenderError(f"{error} ({kept} is written; --no-png leaves the picture out)") from error
             self.written.append(str(self.png))
 
-    def finish(self, result: Result, lines: Sequence[str]) -> None:
-        """Print the report: all of it as JSON, or the mesh, these lines and the files."""
+    def finish(self, mesh: "TriangleMesh", answers: Mapping[str, Any], lines: Sequence[str]) -> None:
+        """Print the report: mesh, answers, files and times as JSON, or the mesh, these lines and the files."""
         from geomhw.mesh.summary import mesh_summary
 
         report = {
             "command": self.command,
             "input": {"path": str(self.mesh_path), **self.notes},
-            "mesh": mesh_summary(result.mesh),
-            **result.report,
+            "mesh": mesh_summary(mesh),
+            **answers,
             "files": self.written,
             "seconds": self.seconds,
         }

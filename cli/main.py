@@ -6,9 +6,13 @@ import click
 
 from geomhw import __version__
 from geomhw.errors import GeomhwError
+from geomhw_cli.advect import advect
+from geomhw_cli.fluid import fluid
 from geomhw_cli.geodesic import geodesic
 from geomhw_cli.helmholtz import helmholtz
 from geomhw_cli.info import info
+from geomhw_cli.operators import operators
+from geomhw_cli.vecdiffuse import vecdiffuse
 
 
 class Program(click.Group):
@@ -34,7 +38,7 @@ def program() -> None:
     """
 
 
-for command in (geodesic, helmholtz, info):
+for command in (advect, fluid, geodesic, helmholtz, info, operators, vecdiffuse):
     program.add_command(command)
 
 

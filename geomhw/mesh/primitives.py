@@ -228,5 +228,5 @@ def _delaunay_split(points: Floats, quads: Ints) -> Ints:
     ahead, behind = np.roll(corners, -1, axis=1) - corners, np.roll(corners, 1, axis=1) - corners
     angles = np.arctan2(np.linalg.norm(np.cross(ahead, behind), axis=2), np.einsum("qkx,qkx->qk", ahead, behind))
     # Ties, of which symmetric surfaces have many, must not hang on rounding.
-    turn = angles[:, 0] + angles[:, 2] < angles[:, 1] + angles[:, 3] - 1e-6
+    turn = angles[:, 0] + angles[:, 2] < angles[:, 1] + angles[:, 3] - 1e-9
     return split_quads(np.where(turn[:, None], np.roll(quads, 1, axis=1), quads))

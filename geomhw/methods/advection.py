@@ -4,6 +4,7 @@ Azencot, Ben-Chen, Chazal, Ovsjanikov: An Operator Approach to Tangent Vector Fi
 32(5), 2013. The flow map T_V^t = exp(t D_V) of eq. 8 pulls functions back, f∘Φ_t; exp(-t D_V) carries them along.
 """
 
+import math
 from collections.abc import Iterator
 from typing import get_args
 
@@ -14,6 +15,7 @@ from geomhw.mesh.arrays import Floats
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.methods.tangent_fields import tangential
 from geomhw.operators.directional import directional_derivative
+from geomhw.results import Field, Result
 from geomhw.solvers.exponential import Integrator, exponential, taylor3
 
 _INTEGRATORS = {"taylor3": taylor3, "krylov": exponential}
@@ -51,11 +53,38 @@ class FlowMap:
             raise FieldError(f"the function is not finite at vertex {row}")
         return values
 
-    def frames(self, functions: Floats, dt: float, steps: int, every: int) -> Iterator[tuple[int, Floats]]:
-        """(step, carried functions) at the start and after each ``every`` steps of dt, and at the last."""
-        values = self._checked(functions)
-        yield 0, values
-        for step in range(1, steps + 1):
-            values = self._apply(self.operator, -dt, values)
-            if step % every == 0 or step == steps:
-                yield step, values
+
+def frames(flow: FlowMap, color: Floats, dt: float, steps: int, every: int) -> Iterator[Result]:
+    """The color at the start, after each ``every`` steps of dt downstream, and after the last.
+
+    Fields: ``color``, per vertex; ``velocity``, per face; ``time``. The report has step, time, and the color's least,
+    largest and area-weighted mean value. FieldError for a dt, steps or every that is not positive.
+    """
+    if not (dt > 0 and math.isfinite(dt)):
+        raise FieldError(f"the time step must be positive and finite, not {dt}")
+    if steps < 1 or every < 1:
+        raise FieldError("a run has at least one step, and a frame each so many steps, at least one")
+    color = flow.carry(color, 0.0)
+    for step in range(steps + 1):
+        if step:
+            color = flow.carry(color, dt)
+        if step % every == 0 or step == steps:
+            yield _frame(flow, color, step, step * dt)
+
+
+def _frame(flow: FlowMap, color: Floats, step: int, time: float) -> Result:
+    areas = flow.mesh.vertex_areas
+    mean = np.tensordot(areas, color, axes=1) / areas.sum()
+    report = {
+        "step": step,
+        "time": time,
+        "color_min": float(color.min()),
+        "color_max": float(color.max()),
+        "color_mean": float(np.mean(mean)),
+    }
+    fields = [
+        Field("color", "vertex", color),
+        Field("velocity", "face", flow.field),
+        Field("time", "mesh", np.array([time])),
+    ]
+    return Result(flow.mesh, fields, report)

@@ -7,6 +7,7 @@ from geomhw.mesh.arrays import Floats
 from geomhw.mesh.geometry import unit
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.methods.tangent_fields import tangential
+from geomhw.operators.gradient import hat_gradients
 
 
 def rigid_field(mesh: TriangleMesh, axis: Floats) -> Floats:
@@ -38,3 +39,22 @@ def blob(mesh: TriangleMesh, vertex: int) -> Floats:
     width = max(np.linalg.norm(np.ptp(mesh.vertices, axis=0)) / 12, 3 * mesh.mean_edge_length)
     distance = np.linalg.norm(mesh.vertices - mesh.vertices[vertex], axis=1)
     return np.asarray(np.exp(-0.5 * (distance / width) ** 2))
+
+
+def random_field(mesh: TriangleMesh, seed: int, waves: int = 8) -> Floats:
+    """A smooth random flow, (m, 3): n x ∇ of sixty-four plane waves, its fastest part 10 h a unit of time.
+
+    The waves are drawn from the seed with at most ``waves`` radians to half the mesh's diameter, so that the flow
+    depends neither on the scale of the mesh nor on how it is numbered.
+    """
+    rng = np.random.default_rng(seed)
+    low, high = mesh.vertices[np.unique(mesh.faces)].min(axis=0), mesh.vertices[np.unique(mesh.faces)].max(axis=0)
+    radius = np.linalg.norm(high - low) / np.sqrt(12)  # that of a sphere with this box
+    direction = unit(rng.normal(size=(64, 3)))
+    k = waves * rng.random((64, 1)) ** (1 / 3) * direction
+    phase, height = rng.uniform(0, 2 * np.pi, 64), rng.normal(size=64)
+    at = (mesh.vertices - (low + high) / 2) / radius
+    stream = np.cos(at @ k.T + phase) @ height
+    slope = np.einsum("fk,fkx->fx", stream[mesh.faces], hat_gradients(mesh))
+    V = np.cross(mesh.face_normals, slope)
+    return np.asarray(10 * mesh.mean_edge_length / np.linalg.norm(V, axis=1).max() * V)

@@ -196,3 +196,27 @@ def tangent_at(mesh: TriangleMesh, vertex: int, degrees: float) -> Floats:
     angle = np.radians(degrees)
     e1, e2 = mesh.tangent_frames[vertex]
     return np.asarray(np.cos(angle) * e1 + np.sin(angle) * e2)
+
+
+def transport_over_times(
+    mesh: TriangleMesh,
+    sources: Sequence[int] | Ints,
+    vectors: ArrayLike,
+    times: Sequence[str | float],
+    connection: Connection = "normals",
+) -> Result:
+    """Diffuse and transport the same vectors for several times, one factorization each.
+
+    Fields as in `VectorHeat.from_vertices`, for more than one time with the suffix ``_0``, ``_1``, ... in the order of
+    the times; ``dt`` holds them. The report lists them under ``times``.
+    """
+    runs = [VectorHeat(mesh, time, connection).from_vertices(sources, vectors) for time in times]
+    fields = [
+        Field(f"{field.name}_{k}" if len(runs) > 1 else field.name, field.location, field.values)
+        for k, run in enumerate(runs)
+        for field in run.fields
+    ]
+    steps = [run.report["time"] for run in runs]
+    fields.append(Field("dt", "mesh", np.array([step["t"] for step in steps])))
+    shared = {key: value for key, value in runs[0].report.items() if key != "time"}
+    return Result(mesh, fields, shared | {"times": steps})

@@ -42,7 +42,10 @@ def color_bar(pen: Any, shades: Shades, label: str, box: Box, size: int, theme: 
     index = ((places - left) * len(table) // (right - left)).tolist()
     for x, k in zip(places.tolist(), index, strict=True):  # a few hundred columns
         pen.line([(x, top), (x, top + height)], fill=tuple(table[k].tolist()))
-    for beyond, x, way, color in ((shades.clipped[0], left, -1, table[0]), (shades.clipped[1], right - 1, 1, table[-1])):
+    for beyond, x, way, color in (
+        (shades.clipped[0], left, -1, table[0]),
+        (shades.clipped[1], right - 1, 1, table[-1]),
+    ):
         if beyond:
             tip = (x + way * 0.75 * height, top + height / 2)
             pen.polygon([(x, top), tip, (x, top + height)], fill=tuple(color.tolist()))
@@ -61,6 +64,18 @@ def color_bar(pen: Any, shades: Shades, label: str, box: Box, size: int, theme: 
         pen.text((right + height, top + height / 2), suffix, fill=theme.ink, font=font(size), anchor="lm")
 
 
+def arrow_key(pen: Any, length: float, text: str, box: Box, size: int, theme: Theme) -> None:
+    """An arrow of a known length and what it stands for, in the middle of a box."""
+    width = length + 0.5 * size + pen.textlength(text, font=font(size))
+    x, y = (box[0] + box[2] - width) / 2, (box[1] + box[3]) / 2
+    head = 0.35 * size
+    pen.line([(x, y), (x + length - head, y)], fill=theme.ink, width=2)
+    pen.polygon(
+        [(x + length - 1.6 * head, y - head), (x + length, y), (x + length - 1.6 * head, y + head)], fill=theme.ink
+    )
+    pen.text((x + length + 0.5 * size, y), text, fill=theme.ink, font=font(size), anchor="lm")
+
+
 def disc(pen: Any, place: Floats, radius: float, color: str, hidden: bool) -> None:
     """A marker with a bright rim; a ring where the marked point is behind the surface."""
     x, y = place.tolist()
@@ -77,14 +92,15 @@ def disc(pen: Any, place: Floats, radius: float, color: str, hidden: bool) -> No
 
 
 def labels(sheet: Any, texts: Sequence[tuple[str, str, Floats]], box: Box, size: int, theme: Theme) -> None:
-    """Texts, each with its color, next to their places: inside the box, clear of each other, off the mesh if possible."""
+    """Texts, each with its color, next to their places: inside the box, clear of each other, off the mesh."""
     from PIL import ImageDraw
 
     pen = ImageDraw.Draw(sheet)
     empty = np.asarray(sheet.crop((0, 0, 1, 1)))[0, 0]
     ink = (np.asarray(sheet) != empty).any(axis=2)
     gap = 0.75 * size
-    taken: list[Box] = [(x - gap / 2, y - gap / 2, x + gap / 2, y + gap / 2) for _, _, (x, y) in texts]
+    near = 0.6 * size
+    taken: list[Box] = [(x - near, y - near, x + near, y + near) for _, _, (x, y) in texts]
     for text, color, place in texts:
         if not text:
             continue

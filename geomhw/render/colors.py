@@ -42,11 +42,6 @@ class Shades:
         """Whether there is one value a face."""
         return self.location == "face"
 
-    @property
-    def preference(self) -> str:
-        """VTK's word for the location."""
-        return "cell" if self.per_face else "point"
-
 
 def shade(surface: Surface, mesh: TriangleMesh) -> Shades | None:
     """The colors of a surface; None if it has no values."""
@@ -56,9 +51,13 @@ def shade(surface: Surface, mesh: TriangleMesh) -> Shades | None:
     rows = mesh.n_faces if surface.location == "face" else mesh.n_vertices
     if len(values) != rows or values.ndim > 2 or (values.ndim == 2 and values.shape[1] != 3):
         raise FieldError(f"colors of shape {values.shape} do not fit {rows} rows, one a {surface.location}")
+    if surface.isolines and (surface.location != "vertex" or values.ndim > 1):
+        raise FieldError("isolines need one number per vertex")
     table = color_table(surface.colormap, surface.span)
     if values.ndim == 2:
-        rgb = values if values.dtype == np.uint8 else np.clip(np.nan_to_num(values) * 255 + 0.5, 0, 255).astype(np.uint8)
+        rgb = (
+            values if values.dtype == np.uint8 else np.clip(np.nan_to_num(values) * 255 + 0.5, 0, 255).astype(np.uint8)
+        )
         return Shades(rgb, np.isfinite(values).all(axis=1), surface.location, table)
     values = values.astype(float)
     known = np.isfinite(values)

@@ -8,7 +8,16 @@ from geomhw.mesh.geometry import unit
 #: An arrow along +x of length one round the origin: shaft and head, (corners, 2), and its triangles.
 _SHAFT, _HEAD, _NOTCH = 0.05, 0.21, 0.06
 _OUTLINE = np.array(
-    [[-0.5, -_SHAFT], [_NOTCH, -_SHAFT], [_NOTCH, _SHAFT], [-0.5, _SHAFT], [0.0, -_HEAD], [0.5, 0.0], [0.0, _HEAD], [_NOTCH, 0.0]]
+    [
+        [-0.5, -_SHAFT],
+        [_NOTCH, -_SHAFT],
+        [_NOTCH, _SHAFT],
+        [-0.5, _SHAFT],
+        [0.0, -_HEAD],
+        [0.5, 0.0],
+        [0.0, _HEAD],
+        [_NOTCH, 0.0],
+    ]
 )
 _TRIANGLES = np.array([[0, 1, 2], [0, 2, 3], [4, 5, 7], [7, 5, 6]])
 

@@ -67,7 +67,8 @@ class Marker:
 
 @dataclass(frozen=True)
 class Panel:
-    """One picture of the mesh: a title, a surface and what lies on it; ``note`` is a line under the color bar."""
+    """One picture of the mesh: a title, a surface and what lies on it; ``note`` is a line under the color bar
+    (without one, arrows drawn to scale put their key there)."""
 
     title: str = ""
     surface: Surface = field(default_factory=Surface)
@@ -89,4 +90,3 @@ class Theme:
 
 LIGHT = Theme()
 DARK = Theme(background="#14171c", ink="#eceff4", faint="#7d8592", line="#eceff4", unknown="#555b66")
-

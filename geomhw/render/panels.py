@@ -9,7 +9,7 @@ import numpy as np
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.render import annotate
 from geomhw.render.colors import shade
-from geomhw.render.layers import LIGHT, Marker, Panel, Theme
+from geomhw.render.layers import LIGHT, Arrows, Marker, Panel, Theme
 from geomhw.render.scene import SUPERSAMPLING, Image, Stage
 from geomhw.render.view import View, choose_view, visible
 
@@ -37,6 +37,55 @@ class Layout:
         return self.title + self.stage + self.bar + self.note
 
 
+class Drawing:
+    """A sheet of panels with its window kept open, to be drawn again and again: the frames of a film.
+
+    panels: those of the first frame; later ones must be as many. size: of the whole picture, in pixels; None makes
+    panels 600 wide and as tall as the mesh needs. columns: panels in a row; None puts all in one row, or wide meshes
+    one below the other.
+
+    >>> with Drawing(mesh, frames[0]) as drawing:  # doctest: +SKIP
+    ...     images = [drawing(panels) for panels in frames]
+    """
+
+    def __init__(
+        self,
+        mesh: TriangleMesh,
+        panels: Sequence[Panel],
+        size: tuple[int, int] | None = None,
+        columns: int | None = None,
+        view: View | None = None,
+        theme: Theme = LIGHT,
+    ) -> None:
+        view = view or choose_view(mesh, [marker.vertex for panel in panels for marker in panel.markers])
+        self.columns = columns or (1 if view.aspect > WIDE else len(panels))
+        rows = -(-len(panels) // self.columns)
+        self.layout = _layout(panels, view, size and (size[0] // self.columns, size[1] // rows))
+        self.size = size or (self.columns * self.layout.width, rows * self.layout.height)
+        self.stage = Stage(mesh, (self.layout.width, self.layout.stage), view, theme)
+
+    def __call__(self, panels: Sequence[Panel]) -> Image:
+        """The picture, (height, width, 3)."""
+        from PIL import Image as Pillow
+
+        sheet = Pillow.new("RGB", self.size, self.stage.theme.background)
+        for number, panel in enumerate(panels):
+            row, column = divmod(number, self.columns)
+            corner = (column * self.layout.width, row * self.layout.height)
+            sheet.paste(_panel(self.stage, panel, self.layout), corner)
+        return np.asarray(sheet)
+
+    def __enter__(self) -> "Drawing":
+        return self
+
+    def __exit__(self, *reason: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Give the window back."""
+        self.stage.close()
+
+
 def draw(
     mesh: TriangleMesh,
     panels: Sequence[Panel],
@@ -45,25 +94,9 @@ def draw(
     view: View | None = None,
     theme: Theme = LIGHT,
 ) -> Image:
-    """The picture, (height, width, 3).
-
-    size: of the whole picture, in pixels; None makes panels 600 wide and as tall as the mesh needs.
-    columns: panels in a row; None puts all in one row, or wide meshes one below the other.
-    """
-    view = view or choose_view(mesh, [marker.vertex for panel in panels for marker in panel.markers])
-    if columns is None:
-        columns = 1 if view.aspect > WIDE else len(panels)
-    rows = -(-len(panels) // columns)
-    layout = _layout(panels, view, size and (size[0] // columns, size[1] // rows))
-    width, height = size or (columns * layout.width, rows * layout.height)
-    from PIL import Image as Pillow
-
-    sheet = Pillow.new("RGB", (width, height), theme.background)
-    with Stage(mesh, (layout.width, layout.stage), view, theme) as stage:
-        for number, panel in enumerate(panels):
-            row, column = divmod(number, columns)
-            sheet.paste(_panel(stage, panel, layout), (column * layout.width, row * layout.height))
-    return np.asarray(sheet)
+    """One picture, (height, width, 3); what the arguments mean is said at ``Drawing``."""
+    with Drawing(mesh, panels, size, columns, view, theme) as drawing:
+        return drawing(panels)
 
 
 def _layout(panels: Sequence[Panel], view: View, size: tuple[int, int] | None) -> Layout:
@@ -72,11 +105,10 @@ def _layout(panels: Sequence[Panel], view: View, size: tuple[int, int] | None) -
     text = int(np.clip(width // 36, 9, 18))
     title = round(2.6 * text) if any(panel.title for panel in panels) else 0
     bar = round(3.4 * text) if any(panel.surface.values is not None and panel.surface.bar for panel in panels) else 0
-    note = round(1.8 * text) if any(panel.note for panel in panels) else 0
-    if size:
-        stage = max(size[1] - title - bar - note, 16)
-    else:
-        stage = int(np.clip(width / view.aspect * 1.08, *STAGE_HEIGHT))
+    noted = any(panel.note or _scaled(panel) for panel in panels)
+    note = round(1.8 * text) if noted else 0
+    fitting = int(np.clip(width / view.aspect * 1.08, *STAGE_HEIGHT))
+    stage = max(size[1] - title - bar - note, 16) if size else fitting
     return Layout(width, stage, text, title, bar, note)
 
 
@@ -85,7 +117,7 @@ def _panel(stage: Stage, panel: Panel, layout: Layout) -> Any:
     from PIL import ImageDraw
 
     shades = shade(panel.surface, stage.mesh)
-    large = Pillow.fromarray(stage.photograph(panel.surface, shades, panel.arrows))
+    large = Pillow.fromarray(stage.photograph(panel.surface, panel.arrows, shades))
     _mark(ImageDraw.Draw(large), stage, panel.markers, layout)
     sheet = Pillow.new("RGB", (layout.width, layout.height), stage.theme.background)
     sheet.paste(large.resize(stage.size, Pillow.Resampling.BOX), (0, layout.title))
@@ -96,11 +128,19 @@ def _panel(stage: Stage, panel: Panel, layout: Layout) -> Any:
     if shades is not None and not shades.rgb and panel.surface.bar:
         box = (0.16 * layout.width, bottom + 0.5 * layout.text, 0.84 * layout.width, bottom + layout.bar)
         annotate.color_bar(pen, shades, panel.surface.label, box, layout.text, stage.theme)
+    box = (8, bottom + layout.bar, layout.width - 8, layout.height)
     if panel.note:
-        box = (8, bottom + layout.bar, layout.width - 8, layout.height)
         annotate.title(pen, panel.note, box, layout.text, stage.theme)
+    elif scaled := _scaled(panel):
+        length = 2 * scaled.spacing * min(stage.size)
+        annotate.arrow_key(pen, length, f"{2 * (scaled.scale or 0):.3g}", box, layout.text, stage.theme)
     _label(sheet, stage, panel.markers, layout)
     return sheet
+
+
+def _scaled(panel: Panel) -> Arrows | None:
+    """The arrows whose length means something: they get a key in place of a note."""
+    return next((arrows for arrows in panel.arrows if arrows.scale is not None), None)
 
 
 def _mark(pen: Any, stage: Stage, markers: Sequence[Marker], layout: Layout) -> None:
@@ -113,7 +153,8 @@ def _mark(pen: Any, stage: Stage, markers: Sequence[Marker], layout: Layout) -> 
 
 
 def _label(sheet: Any, stage: Stage, markers: Sequence[Marker], layout: Layout) -> None:
-    places = stage.pixels(stage.mesh.vertices[[marker.vertex for marker in markers]]) + [0, layout.title]
+    places = stage.pixels(stage.mesh.vertices[[marker.vertex for marker in markers]])
+    places[:, 1] += layout.title
     texts = [(marker.label, marker.color, place) for marker, place in zip(markers, places, strict=True)]
     box = (4, layout.title, layout.width - 4, layout.title + layout.stage)
     annotate.labels(sheet, texts, box, round(1.05 * layout.text), stage.theme)

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from geomhw.mesh.arrays import Floats
 from geomhw.render.layers import LIGHT, Arrows, Marker, Panel, Surface, Theme
 from geomhw.render.panels import draw
 from geomhw.render.scene import Image
@@ -43,7 +44,6 @@ def helmholtz_picture(result: Result, size: tuple[int, int] | None = None, theme
     fields = {name: np.asarray(result[name]) for name in ("field", "curl_free", "coexact", "harmonic")}
     lengths = np.linalg.norm(fields["field"], axis=1)
     scale = float(np.quantile(lengths[lengths > 0], 0.9)) if (lengths > 0).any() else 1.0
-    note = f"an arrow as long as the spacing of arrows: {scale:.3g}"
     plain = Surface(color="#e6e8ec")
     potential = Surface(result["potential"], colormap="PiYG", symmetric=True)
     stream = Surface(result["stream_function"], colormap="PuOr", symmetric=True)
@@ -54,11 +54,10 @@ def helmholtz_picture(result: Result, size: tuple[int, int] | None = None, theme
         ("harmonic part", "harmonic", plain),
     ]
     panels = [
-        Panel(title, surface, arrows=[Arrows(fields[name], scale=scale, spacing=0.04)], note=note)
+        Panel(title, surface, arrows=[Arrows(fields[name], scale=scale, spacing=0.04)])
         for title, name, surface in parts
     ]
-    columns = 2 if size is None else None
-    return draw(result.mesh, panels, size, columns, theme=theme)
+    return draw(result.mesh, panels, size, columns=2, theme=theme)
 
 
 def _source_and_farthest(result: Result) -> list[Marker]:
@@ -67,9 +66,12 @@ def _source_and_farthest(result: Result) -> list[Marker]:
     few = len(sources) <= MOST_LABELS
     marks = [Marker(source, f"source {source}" if few else "", SOURCE_COLOR) for source in sources]
     farthest = result.report["farthest"]
-    return [*marks, Marker(farthest["vertex"], f"farthest {farthest['vertex']}: {farthest['distance']:.4g}", FARTHEST_COLOR)]
+    return [
+        *marks,
+        Marker(farthest["vertex"], f"farthest {farthest['vertex']}: {farthest['distance']:.4g}", FARTHEST_COLOR),
+    ]
 
 
-def _from_zero(distance: np.ndarray) -> tuple[float, float] | None:
+def _from_zero(distance: Floats) -> tuple[float, float] | None:
     largest = float(distance[np.isfinite(distance)].max(initial=0.0))
     return (0.0, largest) if largest > 0 else None

@@ -5,17 +5,15 @@ size of the mesh and wherever it lies. The camera never moves.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from types import TracebackType
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from geomhw.mesh.arrays import Floats, Ints
+from geomhw.mesh.arrays import Floats
 from geomhw.mesh.triangle_mesh import TriangleMesh
-from geomhw.render import glyphs, offscreen
-from geomhw.render.colors import Shades
+from geomhw.render import creases, glyphs, offscreen
+from geomhw.render.colors import Shades, shade
 from geomhw.render.layers import LIGHT, Arrows, Surface, Theme
 from geomhw.render.view import View, choose_view
 
@@ -23,8 +21,6 @@ Image = NDArray[np.uint8]
 
 #: Pixels drawn for each pixel delivered, along each side.
 SUPERSAMPLING = 2
-#: Faces that meet at a larger angle are shaded as an edge, degrees.
-CREASE = 55.0
 #: Free border round the mesh, a fraction of the picture.
 MARGIN = 0.03
 #: How far lines and arrows are brought towards the viewer, so that they do not drown in the surface.
@@ -54,7 +50,7 @@ class Stage:
         room = np.array([width / height, 1.0]) * (1 - 2 * MARGIN)
         self.unit = float(np.max(self.view.extent / room))  # mesh length of one unit on stage
         self._points = self.view.project(mesh.vertices) / self.unit
-        self._shell = _shell(self._points, mesh.faces)
+        self._shell = creases.shell(mesh)
         self._plotter: Any = pyvista.Plotter(
             off_screen=True, window_size=[SUPERSAMPLING * width, SUPERSAMPLING * height], lighting="none"
         )
@@ -65,9 +61,7 @@ class Stage:
     def __enter__(self) -> "Stage":
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *reason: object) -> None:
         self.close()
 
     def close(self) -> None:
@@ -80,10 +74,13 @@ class Stage:
         seen = self.view.project(points)[:, :2] / self.unit
         return np.asarray(np.array([width, height]) / 2 + seen * [1, -1] * height / 2)
 
-    def photograph(self, surface: Surface, shades: Shades | None = None, arrows: Sequence[Arrows] = ()) -> Image:
-        """The picture, (h, w, 3), of the surface and the arrows on it, at ``SUPERSAMPLING`` times the size."""
+    def photograph(self, surface: Surface, arrows: Sequence[Arrows] = (), shades: Shades | None = None) -> Image:
+        """The picture, (h, w, 3), of the surface and the arrows on it, at ``SUPERSAMPLING`` times the size.
+
+        shades: the surface's, where they are at hand.
+        """
         self._plotter.clear_actors()
-        self._add_surface(surface, shades)
+        self._add_surface(surface, shades or shade(surface, self.mesh))
         for item in arrows:
             self._add_arrows(item)
         self._plotter.render()
@@ -99,21 +96,28 @@ class Stage:
         if shades is None:
             self._add_shell(everything, color=surface.color)
             return
-        known = shades.known if shades.per_face else shades.known[self.mesh.faces].all(axis=1)
+        known = np.asarray(shades.known if shades.per_face else shades.known[self.mesh.faces].all(axis=1))
         self._add_shell(~known, color=self.theme.unknown)
         values = shades.values[known] if shades.per_face else shades.values[self._shell.origin]
-        look = {"rgb": True} if shades.rgb else {"cmap": pyvista.LookupTable(values=shades.table, scalar_range=(0.0, 1.0))}
-        self._add_shell(known, scalars=values, preference="cell" if shades.per_face else "point", **look)
+        place = "cell" if shades.per_face else "point"
+        if shades.rgb:
+            self._add_shell(known, scalars=values, preference=place, rgb=True)
+            return
+        table = pyvista.LookupTable(values=shades.table, scalar_range=(0.0, 1.0))
+        self._add_shell(known, scalars=values, preference=place, cmap=table)
+        if not len(shades.levels):
+            return
         segments = glyphs.isoline_segments(self._points, self.mesh.faces[known], shades.values, shades.levels)
-        self._add_lines(segments + [0, 0, LIFT])
+        self._add_lines(segments + np.array([0, 0, LIFT]))
 
     def _add_shell(self, which: NDArray[np.bool_], **look: Any) -> None:
         import pyvista
 
         if not which.any():
             return
-        mesh = pyvista.PolyData.from_regular_faces(self._shell.points, self._shell.faces[which])
-        mesh.point_data.active_normals = self._shell.normals
+        points, normals = self._points[self._shell.origin], self._shell.normals @ self.view.axes.T
+        mesh = pyvista.PolyData.from_regular_faces(points.astype(np.float32), self._shell.faces[which])
+        mesh.point_data.active_normals = normals.astype(np.float32)
         actor = self._plotter.add_mesh(
             mesh,
             ambient=0.52,
@@ -171,36 +175,16 @@ class Stage:
         import pyvista
 
         for position, intensity in (((-0.5, 0.8, 1.2), 0.7), ((0.8, -0.1, 1.0), 0.35)):
-            light = pyvista.Light(position=position, focal_point=(0, 0, 0), intensity=intensity, light_type="scene light")
+            light = pyvista.Light(
+                position=position, focal_point=(0, 0, 0), intensity=intensity, light_type="scene light"
+            )
             light.positional = False
             self._plotter.add_light(light)
 
     def _aim(self) -> None:
         camera = self._plotter.camera
-        depth = 1.1 * float(np.abs(self._points[:, 2]).max()) + 1.0
+        depth = 1.1 * float(np.abs(self._points[np.unique(self.mesh.faces), 2]).max()) + 1.0
         camera.position, camera.focal_point, camera.up = (0, 0, 2 * depth), (0, 0, 0), (0, 1, 0)
         camera.parallel_projection = True
         camera.parallel_scale = 1.0
         camera.clipping_range = (depth * 0.5, depth * 3.5)
-
-
-@dataclass(frozen=True)
-class Shell:
-    """The mesh as VTK draws it: points doubled along creases, the vertex that each came from, and its normal."""
-
-    points: NDArray[np.float32]
-    normals: NDArray[np.float32]
-    origin: Ints
-    faces: Ints
-
-
-def _shell(points: Floats, faces: Ints) -> Shell:
-    import pyvista
-
-    mesh = pyvista.PolyData.from_regular_faces(points.astype(np.float32), faces)
-    mesh.point_data["vertex"] = np.arange(len(points))
-    mesh = mesh.compute_normals(
-        cell_normals=False, split_vertices=True, feature_angle=CREASE, consistent_normals=False
-    )
-    arrays = (mesh.points, mesh.point_data["Normals"], mesh.point_data["vertex"], mesh.faces.reshape(-1, 4)[:, 1:])
-    return Shell(*map(np.array, arrays))

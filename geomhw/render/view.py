@@ -1,6 +1,6 @@
 """Where to look from. Plain numpy, from the mesh alone: the same view at any scale and place.
 
-A view is a parallel projection. Shapes stand upright (y is up), seen a little from above, from the side that shows most.
+A view is a parallel projection. Shapes stand upright (y is up), seen a little from above, from where most is seen.
 """
 
 from collections.abc import Sequence
@@ -22,7 +22,7 @@ _ELEVATIONS = np.radians([20.0, 40.0])
 _CELLS = 48
 _SAMPLES = 20_000
 _WEIGHTS = np.array([1.0, 0.6, 0.15])  # silhouette, bending, points of interest
-_FACING = 0.4
+_FACING = 0.8
 
 
 @dataclass(frozen=True)
@@ -99,7 +99,9 @@ def surface_samples(mesh: TriangleMesh, count: int) -> Floats:
     u, v = (0.5 + k / 1.324717957244746) % 1, (0.5 + k / 1.324717957244746**2) % 1
     u, v = np.where(u + v > 1, 1 - u, u), np.where(u + v > 1, 1 - v, v)
     corners = mesh.vertices[mesh.faces[face]]
-    return np.asarray(corners[:, 0] + u[:, None] * (corners[:, 1] - corners[:, 0]) + v[:, None] * (corners[:, 2] - corners[:, 0]))
+    return np.asarray(
+        corners[:, 0] + u[:, None] * (corners[:, 1] - corners[:, 0]) + v[:, None] * (corners[:, 2] - corners[:, 0])
+    )
 
 
 def _turn(p: Floats, q: Floats) -> Floats:
@@ -125,7 +127,7 @@ def _is_flat(points: Floats) -> bool:
 
 def _flat_axes(points: Floats, mesh: TriangleMesh) -> Floats:
     """Looking at the face of a flat mesh; y stays up unless the mesh is long, or lies in that plane."""
-    _, _, (longest, _, thin) = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)
+    _, _, (_, _, thin) = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)
     side = float(thin @ (mesh.face_areas @ mesh.face_normals))
     tallest = thin[np.abs(thin).argmax()]
     toward = thin if (side if abs(side) > 1e-6 * mesh.face_areas.sum() else tallest) > 0 else -thin

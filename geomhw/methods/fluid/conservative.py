@@ -21,7 +21,7 @@ SERIES_TOLERANCE = 1e-12
 class ConservativeScheme(VorticityScheme):
     """Exponential midpoint rule: energy and circulation exact, enstrophy but for the filter; reversible without it."""
 
-    def _advance(self, now: Memory, dt: float, tau: float) -> tuple[Floats, Floats, Floats, sp.csr_array]:
+    def _advance(self, now: Memory, dt: float, alpha: Floats | None) -> tuple[Floats, Floats, Floats, sp.csr_array]:
         """By fixed-point iteration from an extrapolated guess."""
         model = self.model
         psi, c = _extrapolated(now), now["c"]
@@ -30,7 +30,8 @@ class ConservativeScheme(VorticityScheme):
         for _ in range(MAX_ITERATIONS):
             middle_psi, middle_c = (now["psi"] + psi) / 2, (now["c"] + c) / 2
             J = model.jacobian(middle_psi, middle_c)
-            q, mean_w = self._carried(J, now["q"], dt, tau)
+            q, mean_w = self._carried(J, now["q"], dt)
+            q = self._filtered(q, dt, alpha, middle_psi)
             new_psi = model.stream_function(q, now["around"])
             change = np.abs(new_psi - psi).max() / size
             psi = new_psi
@@ -45,7 +46,7 @@ class ConservativeScheme(VorticityScheme):
                 break
         raise ConvergenceError("the midpoint iteration does not converge; take a shorter time step")
 
-    def _carried(self, J: sp.csr_array, q: Floats, dt: float, tau: float) -> tuple[Floats, Floats]:
+    def _carried(self, J: sp.csr_array, q: Floats, dt: float) -> tuple[Floats, Floats]:
         """q after the step, and the mean vorticity w̄ for which it is exactly q - dt J w̄."""
         model = self.model
         parts = model.series_parts(J, dt)
@@ -62,8 +63,7 @@ class ConservativeScheme(VorticityScheme):
                     break
             q = total
             mean += average / parts
-        q, taken = self._smoothing(J, q, dt, tau)
-        return q, model.vorticity(mean) - taken
+        return q, model.vorticity(mean)
 
 
 def _extrapolated(now: Memory) -> Floats:

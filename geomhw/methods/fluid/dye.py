@@ -4,7 +4,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from geomhw.mesh.arrays import Floats
-from geomhw.solvers.exponential import exponential, substeps
+from geomhw.solvers.exponential import exponential, norm_bound, substeps
 
 #: Step times norm of D after which colors are held to their neighbors again: they have come about one edge.
 RING_STEP = 1.5
@@ -17,7 +17,7 @@ def carry_dye(D: sp.csr_array, color: Floats, dt: float) -> Floats:
 
     The exponential alone rings at edges of the color; held so, nothing leaves its bounds [Bermejo, Staniforth 1992].
     """
-    parts = substeps(D, dt, RING_STEP)
+    parts = substeps(norm_bound(D), dt, RING_STEP)
     for _ in range(parts):
         low, high = _ring_range(D, color)
         color = np.clip(exponential(D, -dt / parts, color, DYE_TOLERANCE), low, high)

@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from geomhw.errors import MeshError
 from geomhw.mesh.arrays import Floats
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.methods.fluid.state import Force
@@ -12,12 +11,12 @@ from geomhw.methods.tangent_fields import tangential
 def top_jet(mesh: TriangleMesh, dt: float) -> Force:
     """The handout's force, eq. 10: (0.2 h/dt)(cos 0.2πt, sin 0.2πt, 0), its tangential part, near the top.
 
-    It acts on the faces whose center lies within a twentieth of the z-extent of the highest vertex.
+    It acts on the faces whose center lies within a twentieth of the z-extent of the highest vertex, or, where there are
+    none, on the highest.
     """
     z = mesh.vertices[np.unique(mesh.faces), 2]
-    near_top = mesh.face_centers[:, 2] >= z.max() - 0.05 * np.ptp(z)
-    if not near_top.any():
-        raise MeshError("no face center lies within a twentieth of the z-extent of the top; give --force none")
+    height = mesh.face_centers[:, 2]
+    near_top = height >= min(z.max() - 0.05 * np.ptp(z), height.max())
     strength = 0.2 * mesh.mean_edge_length / dt
 
     def force(time: float) -> Floats:

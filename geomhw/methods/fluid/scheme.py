@@ -12,8 +12,9 @@ from geomhw.methods.fluid.dye import carry_dye
 from geomhw.methods.fluid.state import FlowState, Force
 from geomhw.methods.fluid.vorticity import VorticityModel
 
-#: The filter's time τ in units of h/|V|max.
-FILTER_TIME = 2.0
+#: The filter's rate α in units of |V|/h, and the largest α dt, at which the finest waves still decay evenly.
+FILTER_RATE = 2.0
+MOST_DAMPING = 2.0
 
 Memory = dict[str, Floats]
 
@@ -21,8 +22,9 @@ Memory = dict[str, Floats]
 class VorticityScheme:
     """What the schemes in vorticity form share: state, forces, filter, viscosity, dye; `_advance` is theirs.
 
-    filter: take grid-scale enstrophy away at each step, dq/dt = τ J (I - M⁻¹M_c)² M⁻¹ J w with τ = 2h/|V|max; energy
-    and circulation are kept, enstrophy only falls. viscosity: ν, length²/time; vorticity diffuses by backward Euler.
+    filter: damp what the mesh cannot carry, dq/dt = -D w + λ (q - mean), where D = K M⁻¹K (α/M) K M⁻¹K with K = M - M_c
+    and α = 2|V|/h at each vertex, and λ is such that no energy is lost: only the finest waves decay, enstrophy falls,
+    circulation stays. viscosity: ν, length²/time; vorticity diffuses by backward Euler.
     """
 
     def __init__(self, mesh: TriangleMesh, filter: bool = True, viscosity: float = 0.0) -> None:
@@ -56,8 +58,8 @@ class VorticityScheme:
         model, memory = self.model, dict(state.memory)
         if force is not None:
             memory = self._pushed(memory, dt, force(state.time))
-        tau = self._filter_time(memory) if self._filter else 0.0
-        q, psi, c, J = self._advance(memory, dt, tau)
+        alpha = self._filter_rate(memory) if self._filter else None
+        q, psi, c, J = self._advance(memory, dt, alpha)
         if self._viscosity:
             q = self._diffusion(self._viscosity * dt)(q) * model.areas
             psi = model.stream_function(q, memory["around"])
@@ -68,7 +70,7 @@ class VorticityScheme:
             state.step + 1, state.time + dt, color, {"q": q, "around": memory["around"], "c": c, "psi": psi, **past}
         )
 
-    def _advance(self, now: Memory, dt: float, tau: float) -> tuple[Floats, Floats, Floats, sp.csr_array]:
+    def _advance(self, now: Memory, dt: float, alpha: Floats | None) -> tuple[Floats, Floats, Floats, sp.csr_array]:
         """q, ψ and c at the end of the step, and J of its middle."""
         raise NotImplementedError
 
@@ -79,16 +81,17 @@ class VorticityScheme:
         shifted = {name: psi + push for name, psi in memory.items() if name.startswith("psi")}
         return {"q": memory["q"] + q, "around": memory["around"] + around, "c": memory["c"] + c, **shifted}
 
-    def _filter_time(self, memory: Memory) -> float:
-        speed = np.linalg.norm(self.model.velocity(memory["psi"], memory["c"]), axis=1).max()
-        return FILTER_TIME * self.mesh.mean_edge_length / float(speed) if speed else 0.0
+    def _filter_rate(self, memory: Memory) -> Floats:
+        """α at each vertex, (n,): how many edges the flow there crosses a unit of time, times `FILTER_RATE`."""
+        speed = self.model.speed(self.model.velocity(memory["psi"], memory["c"]))
+        return np.asarray(FILTER_RATE * speed * self.model.inverse_edge_lengths)
 
-    def _smoothing(self, J: sp.csr_array, q: Floats, dt: float, tau: float) -> tuple[Floats, Floats]:
-        """q filtered for a step, and the mean vorticity that this took from the product with J."""
-        parts = self.model.filter_parts(J, dt, tau)
-        taken = np.zeros_like(q)
-        for _ in range(parts):
-            rough = tau * self.model.roughness(J @ self.model.vorticity(q))
-            q = q + (dt / parts) * (J @ rough)
-            taken += rough / parts
-        return q, taken
+    def _filtered(self, q: Floats, dt: float, alpha: Floats | None, psi: Floats) -> Floats:
+        """q after the filter has worked for a step, at no cost in energy while the mean stream function is ψ."""
+        if alpha is None:
+            return q
+        damping = self.model.roughness(self.model.vorticity(q), np.minimum(alpha, MOST_DAMPING / dt))
+        lever = self.model.centered(q)
+        arm = float(psi @ lever)
+        gain = float(psi @ damping) / arm if arm else 0.0
+        return np.asarray(q - dt * (damping - gain * lever))

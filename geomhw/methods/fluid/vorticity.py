@@ -10,6 +10,7 @@ import scipy.sparse as sp
 
 from geomhw.errors import ConvergenceError, MeshError
 from geomhw.mesh.arrays import Floats
+from geomhw.mesh.geometry import corner_sum
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.methods.harmonic import harmonic_basis
 from geomhw.operators.collapse import loop_collapse
@@ -17,14 +18,12 @@ from geomhw.operators.directional import DirectionalDerivative
 from geomhw.operators.gradient import gradient
 from geomhw.operators.laplacian import consistent_mass, lumped_mass, stiffness
 from geomhw.solvers.direct import DirectSolver
+from geomhw.solvers.exponential import SERIES_STEP, substeps
 from geomhw.solvers.grounding import balanced, free_unknowns
 
 #: Terms of the series M_c⁻¹ = M⁻¹ (I + K + K² + ...), K = I - M_c M⁻¹, that w = B q takes: lumped mass alone lets waves
 #: lag; each term takes some three quarters of the lag away.
 MASS_CORRECTIONS = 3
-#: Step times row sum of M⁻¹J in one substep of the series, and step times τ r² in one of the filter.
-SERIES_STEP = 3.0
-FILTER_STEP = 4.0
 
 
 class VorticityModel:
@@ -44,6 +43,7 @@ class VorticityModel:
         self._curl = (self.gradient.T * np.repeat(mesh.face_areas, 3)).tocsr()
         self.areas = mesh.vertex_areas
         self._inverse = np.divide(1.0, self.areas, out=np.zeros_like(self.areas), where=self.areas > 0)
+        self.inverse_edge_lengths = np.sqrt(self._inverse * np.sqrt(3) / 2)  # of a regular mesh with such vertex areas
         self.mass = consistent_mass(mesh)
         self._E, self._stand_in = loop_collapse(mesh)
         self._on_loop = np.zeros(mesh.n_vertices, dtype=bool)
@@ -79,11 +79,7 @@ class VorticityModel:
 
     def from_vorticity(self, w: Floats) -> Floats:
         """q = M_c w, (n,), less its mean on each component: a closed surface has no net vorticity."""
-        q = self.mass @ w
-        labels = self.mesh.components
-        totals, areas = np.bincount(labels, weights=q), np.bincount(labels, weights=self.areas)
-        density = np.divide(totals, areas, out=np.zeros_like(totals), where=areas > 0)
-        return np.asarray(q - self.areas * density[labels])
+        return self.centered(self.mass @ w)
 
     def stream_function(self, q: Floats, around: Floats) -> Floats:
         """ψ, (n,), with Sψ = -q inside, constant on each loop with that circulation; zero at one vertex a component."""
@@ -104,12 +100,24 @@ class VorticityModel:
             w = first + w - self._inverse * (self.mass @ w)
         return w
 
-    def roughness(self, x: Floats) -> Floats:
-        """(I - M⁻¹M_c)² M⁻¹ x, (n,): what the finest waves of x leave, the coarse ones nearly gone."""
-        x = x * self._inverse
-        for _ in range(2):
-            x = x - self._inverse * (self.mass @ x)
-        return x
+    def roughness(self, w: Floats, alpha: Floats) -> Floats:
+        """D w, (n,), with D = K M⁻¹K (α/M) K M⁻¹K, K = M - M_c: symmetric, semidefinite, summing to zero.
+
+        On a wave of length L it is about (h/L)⁸ of what it is on the finest.
+        """
+        x = self._difference(self._difference(w) * self._inverse) * self._inverse
+        return self._difference(self._difference(alpha * x) * self._inverse)
+
+    def _difference(self, w: Floats) -> Floats:
+        """K w, (n,): what the lumped mass has over the consistent one."""
+        return np.asarray(self.areas * w - self.mass @ w)
+
+    def centered(self, q: Floats) -> Floats:
+        """q less its mean density on each component, (n,), so that it sums to zero there."""
+        labels = self.mesh.components
+        totals, areas = np.bincount(labels, weights=q), np.bincount(labels, weights=self.areas)
+        density = np.divide(totals, areas, out=np.zeros_like(totals), where=areas > 0)
+        return np.asarray(q - self.areas * density[labels])
 
     def jacobian(self, psi: Floats, c: Floats) -> sp.csr_array:
         """J_V, (n, n), antisymmetric: row i is the integral of φ_i V·∇, weak; V as in `velocity`."""
@@ -130,19 +138,20 @@ class VorticityModel:
 
     def series_parts(self, J: sp.csr_array, dt: float) -> int:
         """Substeps in which the series for exp(-dt J B) stays short."""
-        return max(1, int(np.ceil(dt * self._rate(J) / SERIES_STEP)))
+        return substeps(float(self._rates(J).max()), dt, SERIES_STEP)
 
-    def filter_parts(self, J: sp.csr_array, dt: float, tau: float) -> int:
-        """Substeps in which the filter is stable; its eigenvalues are within 0.4 τ r² on well-shaped meshes."""
-        return int(np.ceil(tau * dt * self._rate(J) ** 2 / FILTER_STEP))
+    def speed(self, V: Floats) -> Floats:
+        """|V| averaged to vertices by area, (n,)."""
+        return corner_sum(np.linalg.norm(V, axis=1) * self.mesh.face_areas / 3, self.mesh.faces, len(self.areas)) * (
+            self._inverse
+        )
 
-    def _rate(self, J: sp.csr_array) -> float:
-        """r, the largest row sum of M⁻¹J, 1/time: how many cells a second the flow crosses where it crosses most."""
-        sums = np.bincount(self._rows, np.abs(J.data), J.shape[0])
-        rate = float((sums * self._inverse).max(initial=0.0))
-        if not np.isfinite(rate):
+    def _rates(self, J: sp.csr_array) -> Floats:
+        """r, the absolute row sums of M⁻¹J, (n,), 1/time: how many cells a unit of time the flow crosses."""
+        rates = np.bincount(self._rows, np.abs(J.data), J.shape[0]) * self._inverse
+        if not np.isfinite(rates).all():
             raise ConvergenceError("the flow is no longer finite; take a shorter time step or a weaker force")
-        return rate
+        return np.asarray(rates)
 
     def harmonic_rate(self, w: Floats, V: Floats) -> Floats:
         """dc_k/dt = -Σ_f A_f w_f (n x V_f)·h_k, (2g,), w_f the mean of the corners."""

@@ -1,0 +1,200 @@
+"""``geomhw fluid``: incompressible flow on a surface."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from geomhw_cli import options, specs
+from geomhw_cli.job import Job
+from geomhw_cli.progress import progress
+from geomhw_cli.reel import Reel, reel_options
+
+if TYPE_CHECKING:
+    from geomhw.methods.fluid.run import Moment
+    from geomhw.methods.fluid.state import FlowState, Force, Gauges, Scheme
+
+FORCES = ("jet", "none")
+DEFAULT_DT = 0.0005
+DEFAULT_STEPS = 1980
+
+
+@click.command(no_args_is_help=True)
+@options.mesh_argument
+@click.option(
+    "--scheme",
+    type=click.Choice(["conservative", "fast", "handout"]),
+    default="conservative",
+    show_default=True,
+    help="conservative keeps energy and circulation; fast is RK4 on the same equation; handout advects, forces and "
+    "projects the velocity, and loses energy at every step.",
+)
+@click.option(
+    "--advection",
+    type=click.Choice(["full", "increment"]),
+    default="full",
+    show_default=True,
+    help="Of the handout's scheme: average the whole velocity to vertices and back, or only what changes.",
+)
+@click.option("--filter/--no-filter", "smooth", default=True, show_default=True, help="Take grid-scale noise away.")
+@click.option("--viscosity", metavar="NU", type=float, default=0.0, show_default=True, help="Length squared per time.")
+@click.option(
+    "--init",
+    metavar="SPEC",
+    default="rotation:x",
+    show_default=True,
+    help=f"Initial velocity, made free of divergence: {specs.FIELD_HELP}; or random:SEED.",
+)
+@click.option(
+    "--force",
+    "force_name",
+    type=click.Choice(FORCES),
+    default="jet",
+    show_default=True,
+    help="jet: (0.2 h/dt)(cos 0.2πt, sin 0.2πt, 0) near the top, tangential part; none: free flow.",
+)
+@click.option("--color", "color_spec", metavar="SPEC", default="hue", show_default=True, help=specs.COLOR_HELP)
+@click.option("--dt", metavar="T", type=float, help=f"Time step.  [default: {DEFAULT_DT}]")
+@click.option("--cfl", metavar="C", type=float, help="Instead: step by this Courant number, C h / largest speed.")
+@click.option("--steps", metavar="N", type=int, help=f"Last step.  [default: {DEFAULT_STEPS}]")
+@click.option("--until", metavar="T", type=float, help="Instead: time to end at, exactly.")
+@click.option("--every", metavar="K", type=int, default=66, show_default=True, help="Steps from frame to frame.")
+@click.option("--restart", metavar="FILE", type=options.FILE, help="Go on from <OUT>.restart.npz of an earlier run.")
+@reel_options
+@options.json_option
+@options.quiet_option
+def fluid(
+    mesh_path: Path,
+    output: Path | None,
+    gif: Path | None,
+    mp4: Path | None,
+    png: Path | None,
+    csv: Path | None,
+    as_json: bool,
+    quiet: bool,
+    restart: Path | None,
+    **choices: Any,
+) -> None:
+    """Incompressible flow on MESH: velocity, vorticity, and a color that it carries.
+
+    Without -o, writes the series <stem>.fluid.pvd with its frames into the current directory. After Ctrl-C the series
+    is valid up to its last frame, and --restart goes on from there to what an uninterrupted run gives.
+
+    \b
+    Arrays of a frame, per vertex: color, vorticity. Per face: velocity. Field data: time.
+    CSV: step, time, energy, enstrophy, circulation, divergence, courant, color_min, color_max.
+
+    \b
+    Example: geomhw fluid moomoo.off --init rigid:y --force none --cfl 1 --until 6.283 --gif flow.gif
+    """
+    from geomhw.methods.fluid.run import run
+    from geomhw.methods.fluid.state import Gauges
+    from geomhw.render.flow_pictures import contact_sheet, flow_film
+
+    plan = _plan(choices)
+    inputs = specs.files_of(choices["init"], choices["color_spec"])
+    job = Job("fluid", mesh_path, as_json=as_json, quiet=quiet)
+    reel = Reel.plan(job, output, gif, mp4, png, csv, inputs)
+    mesh = job.read()
+    with job.stage("set up"):
+        scheme, force = _scheme(mesh, choices), _force(mesh, choices, plan.dt)
+        gauges = Gauges(scheme)
+        state = _resumed(reel, restart, choices) if restart else None
+        if state is None:
+            state = scheme.start(specs.field(choices["init"], mesh), specs.color(choices["color_spec"], mesh))
+    with job.stage("compute and write"), progress("fluid") as bar:
+        for moment in run(scheme, state, plan, force):
+            _save(reel, scheme, gauges, moment, choices)
+            bar(plan.share(moment.state))
+    reel.finish(flow_film, contact_sheet)
+    first, last = reel.rows[0], reel.rows[-1]
+    lines = [f"time: {last['time']:.6g} after {last['step']} steps"]
+    if first["energy"]:
+        lines.append(f"energy: {last['energy'] / first['energy']:.10g} of that at the start")
+    if choices["scheme"] == "handout":
+        lines.append("note: the handout's scheme damps the flow at every step, however short; others do not")
+    job.finish(mesh, {**choices, "first": first, "last": last}, lines)
+
+
+def _plan(choices: dict[str, Any]) -> Any:
+    from geomhw.methods.fluid.run import Plan
+
+    for one, other in (("dt", "cfl"), ("steps", "until")):
+        if choices[one] is not None and choices[other] is not None:
+            raise click.UsageError(f"--{one} and --{other} exclude each other.")
+    if choices["dt"] is None and choices["cfl"] is None:
+        choices["dt"] = DEFAULT_DT
+    if choices["steps"] is None and choices["until"] is None:
+        choices["steps"] = DEFAULT_STEPS
+    if choices["cfl"] is not None and choices["force_name"] == "jet":
+        raise click.UsageError("the jet is made for a fixed --dt; with --cfl give --force none.")
+    return Plan(**{name: choices[name] for name in ("dt", "cfl", "steps", "until", "every")})
+
+
+def _scheme(mesh: Any, choices: dict[str, Any]) -> "Scheme":
+    from geomhw.methods.fluid.schemes import scheme_of
+
+    return scheme_of(
+        mesh,
+        choices["scheme"],
+        advection=choices["advection"],
+        filter=choices["smooth"],
+        viscosity=choices["viscosity"],
+    )
+
+
+def _force(mesh: Any, choices: dict[str, Any], dt: float | None) -> "Force | None":
+    from geomhw.methods.fluid.forces import top_jet
+
+    return top_jet(mesh, dt) if choices["force_name"] == "jet" and dt else None
+
+
+def _save(reel: Reel, scheme: "Scheme", gauges: "Gauges", moment: "Moment", choices: dict[str, Any]) -> None:
+    """A frame, its line of the table, and, where an uninterrupted run would pass, the state to restart from."""
+    import numpy as np
+
+    from geomhw.io.checkpoint import write_checkpoint
+    from geomhw.results import Field, Result
+
+    state = moment.state
+    fields = [
+        Field("color", "vertex", state.color),
+        Field("vorticity", "vertex", scheme.vorticity(state)),
+        Field("velocity", "face", scheme.velocity(state)),
+        Field("time", "mesh", np.array([state.time])),
+    ]
+    reel.add(state.time, Result(scheme.mesh, fields), gauges(state, moment.dt))
+    if moment.regular:
+        table = np.array([list(row.values()) for row in reel.rows])
+        description = {"run": _run_of(choices), "step": state.step, "time": state.time, "columns": list(reel.rows[0])}
+        frames = {"frame_times": np.array([frame.time for frame in reel.series.frames])}
+        arrays = {f"memory_{name}": values for name, values in state.memory.items()}
+        write_checkpoint(reel.checkpoint, description, {"color": state.color, "rows": table, **frames, **arrays})
+
+
+def _run_of(choices: dict[str, Any]) -> dict[str, Any]:
+    """What must be the same for a run to be the continuation of another."""
+    return {name: value for name, value in choices.items() if name not in ("steps", "until")}
+
+
+def _resumed(reel: Reel, path: Path, choices: dict[str, Any]) -> "FlowState":
+    """The state of an earlier run; its frames up to there, and their table, become this run's."""
+    from geomhw.errors import FormatError
+    from geomhw.io.checkpoint import read_checkpoint
+    from geomhw.io.series import read_series
+    from geomhw.methods.fluid.state import FlowState
+
+    description, arrays = read_checkpoint(path)
+    ours = _run_of(choices)
+    for name, value in description["run"].items():
+        if ours.get(name) != value:
+            raise FormatError(f"{path.name} is of a run with {name} = {value}, not {ours.get(name)}; start anew")
+    kept = len(arrays["frame_times"])
+    reel.series.frames[:] = read_series(reel.series.path)[:kept]
+    if len(reel.series.frames) < kept:
+        raise FormatError(f"{reel.series.path.name} has fewer frames than {path.name} goes on from; start anew")
+    for row in arrays["rows"].tolist():
+        named = dict(zip(description["columns"], row, strict=True))
+        reel.rows.append(named | {"step": int(named["step"])})
+    memory = {name.removeprefix("memory_"): values for name, values in arrays.items() if name.startswith("memory_")}
+    return FlowState(description["step"], description["time"], arrays["color"], memory)

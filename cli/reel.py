@@ -1,0 +1,117 @@
+"""What the commands with time write: a series of frames, a table, films and a contact sheet."""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from geomhw_cli import options
+from geomhw_cli.job import Job
+
+if TYPE_CHECKING:
+    from geomhw.io.series import SeriesWriter
+    from geomhw.results import Result
+
+#: Pictures on a contact sheet, at most.
+MOST_ON_SHEET = 12
+
+
+def reel_options(command: Callable[..., None]) -> Callable[..., None]:
+    """The output options that the commands with time share."""
+    for option in (
+        click.option(
+            "-o",
+            "--output",
+            metavar="OUT.pvd",
+            type=options.FILE,
+            help="Time series; its .vtp frames and a .vtp.series index go beside it.  [default: <stem>.<command>.pvd]",
+        ),
+        click.option("--gif", metavar="FILE", type=options.FILE, help="Film of the frames as a GIF."),
+        click.option(
+            "--mp4", metavar="FILE", type=options.FILE, help="Film of the frames as MP4; needs imageio-ffmpeg."
+        ),
+        click.option("--png", metavar="FILE", type=options.FILE, help="Contact sheet of up to twelve frames."),
+        click.option("--csv", metavar="FILE", type=options.FILE, help="Table with a line a frame."),
+    ):
+        command = option(command)
+    return command
+
+
+@dataclass
+class Reel:
+    """Writes frames as they come and, at the end, the films of them.
+
+    rows: the lines of the table, one a frame.
+    """
+
+    job: Job
+    series: "SeriesWriter"
+    films: Mapping[str, Path]
+    rows: list[dict[str, float]] = field(default_factory=list)
+
+    @classmethod
+    def plan(
+        cls,
+        job: Job,
+        output: Path | None,
+        gif: Path | None,
+        mp4: Path | None,
+        png: Path | None,
+        csv: Path | None,
+        inputs: Sequence[Path] = (),
+    ) -> "Reel":
+        """Check all names before any work is done."""
+        from geomhw.io import check_outputs
+        from geomhw.io.film import require_mp4
+        from geomhw.io.series import SeriesWriter
+
+        output = output or Path(f"{job.mesh_path.stem}.{job.command}.pvd")
+        taken = [job.mesh_path, *inputs]
+        check_outputs([output], taken, extensions=[".pvd"])
+        films = {kind: path for kind, path in {"gif": gif, "mp4": mp4, "png": png, "csv": csv}.items() if path}
+        for kind, path in films.items():
+            check_outputs([path], taken, extensions=[f".{kind}"])
+        if mp4:
+            require_mp4()
+        return cls(job, SeriesWriter(output), films)
+
+    @property
+    def checkpoint(self) -> Path:
+        """Where the state to restart from is kept."""
+        return self.series.path.with_suffix(".restart.npz")
+
+    def add(self, time: float, result: "Result", row: dict[str, float]) -> None:
+        """Write a frame, and the table up to it."""
+        from geomhw.io.table import write_csv
+
+        self.series.add(time, result)
+        self.rows.append(row)
+        if csv := self.films.get("csv"):
+            write_csv(csv, self.rows)
+
+    def finish(self, picture: "Callable[[list[Result]], Iterator[Any]]", sheet: Callable[..., Any]) -> None:
+        """Films and contact sheet of all frames of the series, read back from their files.
+
+        picture: from results to a picture each, all of one size. sheet: from pictures to one with all of them.
+        """
+        from geomhw.io import read, write_png
+        from geomhw.io.film import write_gif, write_mp4
+
+        written = [str(self.series.path), str(self.series.index), f"{len(self.series.frames)} frames"]
+        self.job.written += written + ([str(self.films["csv"])] if "csv" in self.films else [])
+        if not self.films.keys() & {"gif", "mp4", "png"}:
+            return
+        results = [read(self.series.path.parent / frame.file) for frame in self.series.frames]
+        with self.job.stage("render"):
+            images = list(picture(results))
+            if gif := self.films.get("gif"):
+                write_gif(gif, images)
+            if mp4 := self.films.get("mp4"):
+                write_mp4(mp4, images)
+            if png := self.films.get("png"):
+                count = min(MOST_ON_SHEET, len(images))
+                chosen = [round(k * (len(images) - 1) / max(count - 1, 1)) for k in range(count)]
+                write_png(png, sheet([images[k] for k in chosen]))
+        self.job.written += [str(self.films[kind]) for kind in ("gif", "mp4", "png") if kind in self.films]

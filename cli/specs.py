@@ -1,0 +1,93 @@
+"""Fields, colors and axes as they are written on the command line."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+if TYPE_CHECKING:
+    from geomhw.mesh.arrays import Floats
+    from geomhw.mesh.triangle_mesh import TriangleMesh
+
+FIELD_HELP = (
+    "rotation:AXIS (tangential, unit length, times 10 h), rigid:AXIS (one radian a unit of time), AXIS being x, y, z "
+    "or X,Y,Z; or FILE:ARRAY, per face or per vertex"
+)
+COLOR_HELP = "hue, stripes, x, y, z, blob:VERTEX, or FILE:ARRAY per vertex"
+_AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+
+
+def files_of(*specs: str) -> list[Path]:
+    """The files that specs of the form FILE:ARRAY read."""
+    from geomhw.io import field_file
+
+    return [field_file(spec) for spec in specs if _is_file(spec)]
+
+
+def field(spec: str, mesh: "TriangleMesh") -> "Floats":
+    """A vector field per face, (m, 3)."""
+    from geomhw.io import read_field
+    from geomhw.methods.flow_fields import random_field, rigid_field, rotation_field
+    from geomhw.methods.tangent_fields import face_vectors
+
+    kind, _, rest = spec.partition(":")
+    if kind == "rotation":
+        return rotation_field(mesh, axis(rest))
+    if kind == "rigid":
+        return rigid_field(mesh, axis(rest))
+    if kind == "random":
+        return random_field(mesh, whole(rest, spec))
+    if _is_file(spec):
+        return face_vectors(mesh, read_field(spec, mesh))
+    raise click.UsageError(f"'{spec}' is no field; give {FIELD_HELP}.")
+
+
+def color(spec: str, mesh: "TriangleMesh") -> "Floats":
+    """A color per vertex: one number, (n,), or RGB, (n, 3)."""
+    import numpy as np
+
+    from geomhw.errors import FieldError
+    from geomhw.io import read_field
+    from geomhw.methods.flow_fields import blob, hue_stripes
+
+    kind, _, rest = spec.partition(":")
+    if spec in _AXES:
+        return np.array(mesh.vertices[:, "xyz".index(spec)])
+    if spec == "hue":
+        return hue_stripes(mesh)
+    if spec == "stripes":
+        return np.cos(5 * mesh.vertices[:, 2])
+    if kind == "blob":
+        return blob(mesh, whole(rest, spec))
+    if _is_file(spec):
+        found = read_field(spec, mesh)
+        values = np.asarray(found.values, dtype=float)
+        if found.location != "vertex" or values.ndim > 2 or (values.ndim == 2 and values.shape[1] not in (1, 3)):
+            raise FieldError(f"'{spec}' is no color: it needs one or three numbers per vertex")
+        return values.squeeze()
+    raise click.UsageError(f"'{spec}' is no color; give {COLOR_HELP}.")
+
+
+def axis(text: str) -> "Floats":
+    """x, y, z, or three numbers with commas between."""
+    import numpy as np
+
+    try:
+        values = np.array(_AXES[text] if text in _AXES else [float(part) for part in text.split(",")])
+    except ValueError:
+        values = np.empty(0)
+    if values.shape != (3,) or not np.isfinite(values).all() or not values.any():
+        raise click.UsageError(f"'{text}' is no axis; give x, y, z, or a direction such as 1,0,2.")
+    return values
+
+
+def whole(text: str, spec: str) -> int:
+    """A whole number within a spec."""
+    if not text.isdecimal():
+        raise click.UsageError(f"'{spec}' needs a whole number after the colon.")
+    return int(text)
+
+
+def _is_file(spec: str) -> bool:
+    kind = spec.partition(":")[0]
+    return "." in spec and kind not in ("rotation", "rigid", "random", "blob")

@@ -1,0 +1,141 @@
+"""``geomhw vecdiffuse``: vectors diffused and transported over a surface."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from geomhw_cli import options
+from geomhw_cli.job import Job
+
+if TYPE_CHECKING:
+    from geomhw.mesh.arrays import Floats
+    from geomhw.mesh.triangle_mesh import TriangleMesh
+
+
+@click.command(no_args_is_help=True)
+@options.mesh_argument
+@options.source_option
+@click.option(
+    "--vector",
+    "vectors",
+    metavar="X Y Z",
+    type=float,
+    nargs=3,
+    multiple=True,
+    help="Vector at the source, of which the tangential part counts; one for all sources, or one for each, in order.",
+)
+@click.option(
+    "--angle",
+    "angles",
+    metavar="DEG",
+    type=float,
+    multiple=True,
+    help="Instead: unit vector at this angle, counterclockwise from the edge that starts the vertex's first face.",
+)
+@click.option(
+    "--seed",
+    "seeds",
+    metavar="K",
+    type=int,
+    multiple=True,
+    help="Instead: unit vector at an angle drawn from this seed.  [default: 0]",
+)
+@click.option(
+    "--dt",
+    "times",
+    metavar="T",
+    multiple=True,
+    help="How long vectors diffuse: auto, sqrt-h, h2, a multiple such as 0.5*h2, or a number (length squared); may be "
+    "repeated, for arrays and panels side by side.  [default: auto]",
+)
+@click.option(
+    "--connection",
+    type=click.Choice(["normals", "intrinsic"]),
+    default="normals",
+    show_default=True,
+    help="Transport along an edge: the smallest rotation between vertex normals, or Levi-Civita with angles round "
+    "each vertex stretched to a full turn.",
+)
+@options.output_option
+@options.png_option
+@options.no_png_option
+@options.json_option
+@options.quiet_option
+def vecdiffuse(
+    mesh_path: Path,
+    sources: tuple[int, ...],
+    vectors: tuple[tuple[float, float, float], ...],
+    angles: tuple[float, ...],
+    seeds: tuple[int, ...],
+    times: tuple[str, ...],
+    connection: str,
+    outputs: tuple[Path, ...],
+    png: Path | None,
+    no_png: bool,
+    as_json: bool,
+    quiet: bool,
+) -> None:
+    """Diffuse tangent vectors at vertices of MESH, and transport them along shortest paths (vector heat method).
+
+    Without -o, writes <stem>.vecdiffuse.vtk and .png into the current directory; with -o, those files and a picture
+    only if --png asks for one.
+
+    \b
+    Arrays, per vertex: diffused, transported (both with three components; with several --dt diffused_0,
+                        transported_0, diffused_1, ...). Field data: dt.
+
+    \b
+    Example: geomhw vecdiffuse moomoo.off --source 0 --angle 30 --dt h2 --dt 100
+    """
+    from geomhw.methods.sources import default_source
+    from geomhw.methods.vector_heat import transport_over_times
+    from geomhw.render.vector_pictures import transport_picture
+
+    if sum(map(bool, (vectors, angles, seeds))) > 1:
+        raise click.UsageError("--vector, --angle and --seed exclude each other.")
+    job = Job.plan("vecdiffuse", mesh_path, outputs=outputs, png=png, no_png=no_png, as_json=as_json, quiet=quiet)
+    mesh = job.read()
+    where = sources or (default_source(mesh),)
+    with job.stage("compute"):
+        start = _vectors(mesh, where, vectors, angles, seeds)
+        result = transport_over_times(mesh, where, start, times or ("auto",), connection)  # type: ignore[arg-type]
+    job.write(result, transport_picture)
+    report = result.report
+    lines = [f"source: {', '.join(map(str, report['sources']))}"]
+    lines += [f"dt: {step['t']:.6g} ({step['reason']})" for step in report["times"]]
+    if unreached := report["unreachable_vertices"]:
+        lines.append(f"warning: {unreached} vertices lie on components without a source; their vectors are 0")
+    job.finish(mesh, result.report, lines)
+
+
+def _vectors(
+    mesh: "TriangleMesh",
+    sources: Sequence[int],
+    vectors: Sequence[Sequence[float]],
+    angles: Sequence[float],
+    seeds: Sequence[int],
+) -> "list[Floats]":
+    """One vector a source, from whichever of the three options was given."""
+    import numpy as np
+
+    from geomhw.methods.sources import checked_sources
+    from geomhw.methods.vector_heat import random_tangent, tangent_at
+
+    checked_sources(mesh, sources)
+    if vectors:
+        return [np.array(vector) for vector in _one_each("--vector", vectors, sources)]
+    if angles:
+        return [tangent_at(mesh, s, a) for s, a in zip(sources, _one_each("--angle", angles, sources), strict=True)]
+    chosen = _one_each("--seed", seeds or (0,), sources)
+    return [random_tangent(mesh, s, k) for s, k in zip(sources, chosen, strict=True)]
+
+
+def _one_each(option: str, given: Sequence[Any], sources: Sequence[int]) -> list[Any]:
+    """As many values as sources; a single one serves all."""
+    if len(given) not in (1, len(sources)):
+        raise click.UsageError(
+            f"{option} is given {len(given)} times for {len(sources)} sources; give one, or one each."
+        )
+    return list(given) * (len(sources) if len(given) == 1 else 1)

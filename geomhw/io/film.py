@@ -1,0 +1,56 @@
+"""Films from pictures: GIF by Pillow, MP4 by ffmpeg where imageio-ffmpeg brings it."""
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from geomhw.errors import FormatError, RenderError
+from geomhw.io.atomic import replacing
+
+Images = Iterable[NDArray[np.uint8]]
+
+
+def require_mp4() -> None:
+    """RenderError where no MP4 can be written here."""
+    try:
+        import imageio_ffmpeg  # noqa: F401
+    except ImportError:
+        raise RenderError("no MP4 can be written here: pip install imageio-ffmpeg, or ask for a GIF") from None
+
+
+def write_gif(path: str | Path, images: Images, fps: float = 12.0) -> None:
+    """An endless GIF of (h, w, 3) pictures; each frame has its own palette of 255 colors."""
+    from PIL import Image
+
+    pictures = [Image.fromarray(image).quantize(255, dither=Image.Dither.NONE) for image in images]
+    if not pictures:
+        raise FormatError(f"cannot write {path}: the film has no frames")
+    with replacing([path]) as (temporary,):
+        pictures[0].save(
+            temporary, save_all=True, append_images=pictures[1:], duration=round(1000 / fps), loop=0, optimize=False
+        )
+
+
+def write_mp4(path: str | Path, images: Images, fps: float = 24.0) -> None:
+    """An MP4 (H.264) of (h, w, 3) pictures; sides are made even by a row or column of the last color."""
+    require_mp4()
+    import imageio_ffmpeg
+
+    with replacing([path]) as (temporary,):
+        writer: Any = None
+        for image in images:
+            even = np.pad(image, [(0, image.shape[0] % 2), (0, image.shape[1] % 2), (0, 0)], mode="edge")
+            if writer is None:
+                size = (even.shape[1], even.shape[0])
+                options = ["-map_metadata", "-1", "-fflags", "+bitexact", "-flags:v", "+bitexact"]
+                writer = imageio_ffmpeg.write_frames(
+                    str(temporary), size, fps=fps, quality=8, macro_block_size=2, output_params=options
+                )
+                writer.send(None)
+            writer.send(np.ascontiguousarray(even))
+        if writer is None:
+            raise FormatError(f"cannot write {path}: the film has no frames")
+        writer.close()

@@ -1,0 +1,15 @@
+"""Rows of numbers as CSV."""
+
+import csv
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from geomhw.io.atomic import replacing
+
+
+def write_csv(path: str | Path, rows: Sequence[Mapping[str, float]]) -> None:
+    """A table with a header line, numbers with all their digits; whole or not at all."""
+    with replacing([path]) as (temporary,), temporary.open("w", newline="", encoding="utf-8") as stream:
+        writer = csv.writer(stream, lineterminator="\n")
+        writer.writerow(rows[0])
+        writer.writerows([repr(value) for value in row.values()] for row in rows)
