@@ -3,6 +3,7 @@
 PYTHON ?= python3
 VENV ?= .venv
 BIN = $(VENV)/bin
+BENCH = .venv-bench
 DEMO = demo
 
 .PHONY: demo test lint bench clean
@@ -22,8 +23,12 @@ lint: $(VENV)/.developing
 	@mkdir -p build/lint && ln -sfn ../../cli build/lint/geomhw_cli
 	$(BIN)/mypy
 
+# Accuracy and times beside potpourri3d's, in an environment of their own; GEOMHW_REFERENCE names a folder of more meshes.
+bench: $(BENCH)/.installed
+	$(BENCH)/bin/python tests/benchmarks/transport.py
+
 clean:
-	rm -rf $(VENV) $(DEMO) build dist *.egg-info
+	rm -rf $(VENV) $(BENCH) $(DEMO) build dist *.egg-info
 
 $(BIN)/python:
 	$(PYTHON) -m venv $(VENV) || { rm -rf $(VENV); \
@@ -36,3 +41,8 @@ $(VENV)/.installed: pyproject.toml | $(BIN)/python
 $(VENV)/.developing: pyproject.toml | $(BIN)/python
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable ".[dev]"
 	@touch $@ $(VENV)/.installed
+
+$(BENCH)/.installed: pyproject.toml
+	test -x $(BENCH)/bin/python || $(PYTHON) -m venv $(BENCH) || { rm -rf $(BENCH); exit 1; }
+	$(BENCH)/bin/python -m pip install --quiet --disable-pip-version-check --editable . "potpourri3d>=1.4"
+	@touch $@

@@ -71,6 +71,9 @@ def advect(
     parameters = {"field": field_spec, "color": color_spec, "dt": dt, "steps": steps, "every": every}
     job.finish(
         mesh,
-        parameters | {"integrator": integrator, "last": reel.rows[-1]},
-        [f"time: {reel.rows[-1]['time']:.6g} in {steps} steps", f"color: {low:.4g} to {high:.4g} at the end"],
+        parameters | {"integrator": integrator, "frames": len(reel.rows), "last": reel.rows[-1]},
+        [
+            f"time: {reel.rows[-1]['time']:.6g} in {steps} steps, {len(reel.rows)} frames",
+            f"color: {low:.4g} to {high:.4g} at the end",
+        ],
     )

@@ -43,7 +43,7 @@ DEFAULT_STEPS = 1980
     metavar="SPEC",
     default="rotation:x",
     show_default=True,
-    help=f"Initial velocity, made free of divergence: {specs.FIELD_HELP}; or random:SEED.",
+    help=f"Initial velocity, made free of divergence: {specs.FIELD_HELP}; or {specs.FLOW_HELP}.",
 )
 @click.option(
     "--force",
@@ -101,7 +101,7 @@ def fluid(
         gauges = Gauges(scheme)
         state = _resumed(reel, restart, choices) if restart else None
         if state is None:
-            state = scheme.start(specs.field(choices["init"], mesh), specs.color(choices["color_spec"], mesh))
+            state = scheme.start(specs.flow(choices["init"], mesh), specs.color(choices["color_spec"], mesh))
     with job.stage("compute and write"), progress("fluid") as bar:
         for moment in run(scheme, state, plan, force):
             _save(reel, scheme, gauges, moment, choices)

@@ -1,6 +1,9 @@
 """What the commands with time write: a series of frames, a table, films and a contact sheet."""
 
+import signal
+import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,6 +19,8 @@ if TYPE_CHECKING:
 
 #: Pictures on a contact sheet, at most.
 MOST_ON_SHEET = 12
+#: What is drawn of the frames.
+PICTURES = {"gif", "mp4", "png"}
 
 
 def reel_options(command: Callable[..., None]) -> Callable[..., None]:
@@ -37,6 +42,22 @@ def reel_options(command: Callable[..., None]) -> Callable[..., None]:
     ):
         command = option(command)
     return command
+
+
+@contextmanager
+def held_interrupts() -> Iterator[None]:
+    """Ctrl-C in here counts from the end of the block on, so that files that belong together all come to be."""
+    if threading.current_thread() is not threading.main_thread():  # where Python allows no handlers
+        yield
+        return
+    arrived: list[int] = []
+    former = signal.signal(signal.SIGINT, lambda number, _: arrived.append(number))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, former)
+    if arrived:
+        signal.raise_signal(signal.SIGINT)
 
 
 @dataclass
@@ -62,10 +83,12 @@ class Reel:
         csv: Path | None,
         inputs: Sequence[Path] = (),
     ) -> "Reel":
-        """Check all names before any work is done."""
+        """Check all names, and that films can be made here, before any work is done."""
+        from geomhw.errors import FormatError
         from geomhw.io import check_outputs
         from geomhw.io.film import require_mp4
         from geomhw.io.series import SeriesWriter
+        from geomhw.render.offscreen import prepare
 
         output = output or Path(f"{job.mesh_path.stem}.{job.command}.pvd")
         taken = [job.mesh_path, *inputs]
@@ -73,9 +96,14 @@ class Reel:
         films = {kind: path for kind, path in {"gif": gif, "mp4": mp4, "png": png, "csv": csv}.items() if path}
         for kind, path in films.items():
             check_outputs([path], taken, extensions=[f".{kind}"])
+        series = SeriesWriter(output)
+        if lost := next((path for path in taken if series.writes(path)), None):
+            raise FormatError(f"cannot write {output}: a frame or index of it would be the input {lost}, and lost")
         if mp4:
             require_mp4()
-        return cls(job, SeriesWriter(output), films)
+        if films.keys() & PICTURES:
+            prepare()
+        return cls(job, series, films)
 
     @property
     def checkpoint(self) -> Path:
@@ -86,10 +114,11 @@ class Reel:
         """Write a frame, and the table up to it."""
         from geomhw.io.table import write_csv
 
-        self.series.add(time, result)
-        self.rows.append(row)
-        if csv := self.films.get("csv"):
-            write_csv(csv, self.rows)
+        with held_interrupts():
+            self.series.add(time, result)
+            self.rows.append(row)
+            if csv := self.films.get("csv"):
+                write_csv(csv, self.rows)
 
     def finish(self, picture: "Callable[[list[Result]], Iterator[Any]]", sheet: Callable[..., Any]) -> None:
         """Films and contact sheet of all frames of the series, read back from their files.
@@ -98,10 +127,15 @@ class Reel:
         """
         from geomhw.io import read, write_png
         from geomhw.io.film import write_gif, write_mp4
+        from geomhw.io.table import write_csv
 
-        written = [str(self.series.path), str(self.series.index), f"{len(self.series.frames)} frames"]
-        self.job.written += written + ([str(self.films["csv"])] if "csv" in self.films else [])
-        if not self.films.keys() & {"gif", "mp4", "png"}:
+        self.job.written += [str(self.series.path), str(self.series.index)]
+        if self.checkpoint.exists():
+            self.job.written.append(str(self.checkpoint))
+        if csv := self.films.get("csv"):
+            write_csv(csv, self.rows)  # again: a restart may have had nothing left to add
+            self.job.written.append(str(csv))
+        if not self.films.keys() & PICTURES:
             return
         results = [read(self.series.path.parent / frame.file) for frame in self.series.frames]
         with self.job.stage("render"):

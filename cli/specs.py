@@ -14,6 +14,8 @@ FIELD_HELP = (
     "or X,Y,Z; or FILE:ARRAY, per face or per vertex"
 )
 COLOR_HELP = "hue, stripes, x, y, z, blob:VERTEX, or FILE:ARRAY per vertex"
+FLOW_HELP = "random:SEED[:WAVES], rossby-haurwitz:DEGREE, vortices:V1=+1,V2=-1, harmonic:K"
+_KINDS = ("rotation", "rigid", "random", "blob", "rossby-haurwitz", "vortices", "harmonic")
 _AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 
@@ -27,7 +29,7 @@ def files_of(*specs: str) -> list[Path]:
 def field(spec: str, mesh: "TriangleMesh") -> "Floats":
     """A vector field per face, (m, 3)."""
     from geomhw.io import read_field
-    from geomhw.methods.flow_fields import random_field, rigid_field, rotation_field
+    from geomhw.methods.flow_fields import rigid_field, rotation_field
     from geomhw.methods.tangent_fields import face_vectors
 
     kind, _, rest = spec.partition(":")
@@ -35,11 +37,28 @@ def field(spec: str, mesh: "TriangleMesh") -> "Floats":
         return rotation_field(mesh, axis(rest))
     if kind == "rigid":
         return rigid_field(mesh, axis(rest))
-    if kind == "random":
-        return random_field(mesh, whole(rest, spec))
     if _is_file(spec):
         return face_vectors(mesh, read_field(spec, mesh))
     raise click.UsageError(f"'{spec}' is no field; give {FIELD_HELP}.")
+
+
+def flow(spec: str, mesh: "TriangleMesh") -> "Floats":
+    """An initial velocity per face, (m, 3): any field, or one of those that a fluid knows."""
+    from geomhw.methods.flow_fields import random_field
+    from geomhw.methods.fluid import initial
+    from geomhw.methods.fluid.vorticity import VorticityModel
+
+    kind, _, rest = spec.partition(":")
+    if kind == "random":
+        seed, _, waves = rest.partition(":")
+        return random_field(mesh, whole(seed, spec), whole(waves or "8", spec))
+    if kind == "rossby-haurwitz":
+        return initial.rossby_haurwitz(VorticityModel(mesh), whole(rest, spec))
+    if kind == "harmonic":
+        return initial.harmonic(VorticityModel(mesh), whole(rest, spec))
+    if kind == "vortices":
+        return initial.vortices(VorticityModel(mesh), _circulations(rest, spec))
+    return field(spec, mesh)
 
 
 def color(spec: str, mesh: "TriangleMesh") -> "Floats":
@@ -88,6 +107,15 @@ def whole(text: str, spec: str) -> int:
     return int(text)
 
 
+def _circulations(text: str, spec: str) -> dict[int, float]:
+    """``V1=+1,V2=-1`` as vertices and circulations."""
+    try:
+        pairs = [pair.split("=") for pair in text.split(",")]
+        return {whole(vertex, spec): float(value) for vertex, value in pairs}
+    except ValueError:
+        raise click.UsageError(f"'{spec}' names no vortices; give VERTEX=CIRCULATION,... such as 3=1,80=-1.") from None
+
+
 def _is_file(spec: str) -> bool:
     kind = spec.partition(":")[0]
-    return "." in spec and kind not in ("rotation", "rigid", "random", "blob")
+    return "." in spec and kind not in _KINDS

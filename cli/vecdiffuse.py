@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     "--seed",
     "seeds",
     metavar="K",
-    type=int,
+    type=click.IntRange(min=0),
     multiple=True,
     help="Instead: unit vector at an angle drawn from this seed.  [default: 0]",
 )
@@ -120,6 +120,7 @@ def _vectors(
     """One vector a source, from whichever of the three options was given."""
     import numpy as np
 
+    from geomhw.errors import FieldError
     from geomhw.methods.sources import checked_sources
     from geomhw.methods.vector_heat import random_tangent, tangent_at
 
@@ -127,6 +128,8 @@ def _vectors(
     if vectors:
         return [np.array(vector) for vector in _one_each("--vector", vectors, sources)]
     if angles:
+        if not np.isfinite(angles).all():
+            raise FieldError("an angle is a finite number of degrees")
         return [tangent_at(mesh, s, a) for s, a in zip(sources, _one_each("--angle", angles, sources), strict=True)]
     chosen = _one_each("--seed", seeds or (0,), sources)
     return [random_tangent(mesh, s, k) for s, k in zip(sources, chosen, strict=True)]

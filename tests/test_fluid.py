@@ -10,6 +10,7 @@ from geomhw.errors import ConvergenceError, FieldError, MeshError
 from geomhw.mesh.primitives import icosphere, moebius_band, torus
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.methods.flow_fields import blob, random_field, rigid_field, rotation_field
+from geomhw.methods.fluid import initial
 from geomhw.methods.fluid.conservative import ConservativeScheme
 from geomhw.methods.fluid.forces import top_jet
 from geomhw.methods.fluid.run import Plan, run
@@ -324,6 +325,58 @@ def test_scale(scheme: str, factor: float) -> None:
         ends.append((stepper.velocity(state) / size, stepper.vorticity(state), state.color))
     for one, other in zip(*ends, strict=True):
         np.testing.assert_allclose(other, one, atol=1e-8 * np.abs(one).max())
+
+
+# -- initial flows ------------------------------------------------------------------------------------------------
+
+
+def test_rossby_haurwitz_starts_as_given() -> None:
+    """The command's wave is the exact one at time 0, wherever the sphere lies and whatever its size."""
+    mesh = icosphere(4)
+    far = TriangleMesh(3 * mesh.vertices + np.array([5.0, -7.0, 2.0]), mesh.faces)
+    for sphere in (mesh, far):
+        scheme = ConservativeScheme(sphere)
+        w = scheme.vorticity(scheme.start(initial.rossby_haurwitz(scheme.model, 4), np.zeros(mesh.n_vertices)))
+        np.testing.assert_allclose(w, rossby_haurwitz(mesh), atol=0.01 * np.abs(w).max())
+    odd = ConservativeScheme(mesh)
+    w = odd.vorticity(odd.start(initial.rossby_haurwitz(odd.model, 5), np.zeros(mesh.n_vertices)))
+    x, y, z = mesh.vertices.T
+    np.testing.assert_allclose(w, 2 * z + 2 * z * ((x + 1j * y) ** 4).real / 0.2862, atol=0.02 * np.abs(w).max())
+
+
+def test_vortices_have_their_circulation() -> None:
+    """A pair of opposite vortices: the vorticity round each sums to its circulation."""
+    mesh = icosphere(4)
+    model = ConservativeScheme(mesh).model
+    a, b = 0, int((mesh.vertices @ mesh.vertices[0]).argmin())
+    q, _, _ = model.from_velocity(initial.vortices(model, {a: 2.0, b: -2.0}))
+    near = mesh.vertices @ mesh.vertices[a] > 0
+    assert q[near].sum() == pytest.approx(2, rel=1e-3)
+    assert q[~near].sum() == pytest.approx(-2, rel=1e-3)
+
+
+def test_initial_harmonic() -> None:
+    """The harmonic field has no vorticity and the handout's speed; what is no such flow is refused."""
+    mesh = zoo_mesh("crumpled_torus")
+    model = ConservativeScheme(mesh).model
+    V = initial.harmonic(model, 1)
+    q, _, c = model.from_velocity(V)
+    assert np.abs(q).max() < 1e-10 * np.abs(c).max()
+    assert np.linalg.norm(V, axis=1).max() == pytest.approx(10 * mesh.mean_edge_length)
+    with pytest.raises(FieldError, match="there are 0 to 1"):
+        initial.harmonic(model, 2)
+    with pytest.raises(FieldError, match="no handles"):
+        initial.harmonic(ConservativeScheme(zoo_mesh("sphere")).model, 0)
+    with pytest.raises(FieldError, match="sphere"):
+        initial.rossby_haurwitz(model, 4)
+    with pytest.raises(FieldError, match="radii"):
+        initial.rossby_haurwitz(ConservativeScheme(zoo_mesh("crumpled_sphere")).model, 4)
+    with pytest.raises(FieldError, match="degree"):
+        initial.rossby_haurwitz(ConservativeScheme(zoo_mesh("sphere")).model, 1)
+    with pytest.raises(FieldError, match="vertex 240"):
+        initial.vortices(model, {240: 1.0})
+    with pytest.raises(FieldError, match="not finite"):
+        initial.vortices(model, {3: np.inf})
 
 
 # -- forces, runs, refusals --------------------------------------------------------------------------------------

@@ -23,10 +23,15 @@ def write_checkpoint(path: str | Path, description: Mapping[str, Any], arrays: M
 def read_checkpoint(path: str | Path) -> tuple[dict[str, Any], dict[str, Any]]:
     """The description and the arrays; FormatError where the file is not such a state."""
     try:
-        with np.load(path, allow_pickle=False) as stored:
+        # Opened here, for np.load leaves a broken file open.
+        with Path(path).open("rb") as stream, np.load(stream, allow_pickle=False) as stored:
             arrays = dict(stored.items())
-        return json.loads(str(arrays.pop(_DESCRIPTION))), arrays
+        description = json.loads(str(arrays.pop(_DESCRIPTION)))
+        if not isinstance(description, dict):
+            raise ValueError("it does not say of what run")
+        return description, arrays
     except FileNotFoundError:
         raise FormatError(f"{path}: there is no such file to restart from") from None
-    except Exception as error:  # zip, numpy and json have a dozen ways to say the same
-        raise FormatError(f"{Path(path).name} holds no state to restart from: {error}") from error
+    except Exception:  # zip, numpy and json have a dozen ways to say the same
+        name = Path(path).name
+        raise FormatError(f"{name} holds no state to restart from; give the .restart.npz of an earlier run") from None

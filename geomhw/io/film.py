@@ -16,8 +16,10 @@ Images = Iterable[NDArray[np.uint8]]
 def require_mp4() -> None:
     """RenderError where no MP4 can be written here."""
     try:
-        import imageio_ffmpeg  # noqa: F401
-    except ImportError:
+        import imageio_ffmpeg
+
+        imageio_ffmpeg.get_ffmpeg_exe()
+    except (ImportError, RuntimeError):  # the package may be there without the program
         raise RenderError("no MP4 can be written here: pip install imageio-ffmpeg, or ask for a GIF") from None
 
 
@@ -30,7 +32,13 @@ def write_gif(path: str | Path, images: Images, fps: float = 12.0) -> None:
         raise FormatError(f"cannot write {path}: the film has no frames")
     with replacing([path]) as (temporary,):
         pictures[0].save(
-            temporary, save_all=True, append_images=pictures[1:], duration=round(1000 / fps), loop=0, optimize=False
+            temporary,
+            format="GIF",
+            save_all=True,
+            append_images=pictures[1:],
+            duration=round(1000 / fps),
+            loop=0,
+            optimize=False,
         )
 
 
@@ -41,16 +49,19 @@ def write_mp4(path: str | Path, images: Images, fps: float = 24.0) -> None:
 
     with replacing([path]) as (temporary,):
         writer: Any = None
-        for image in images:
-            even = np.pad(image, [(0, image.shape[0] % 2), (0, image.shape[1] % 2), (0, 0)], mode="edge")
-            if writer is None:
-                size = (even.shape[1], even.shape[0])
-                options = ["-map_metadata", "-1", "-fflags", "+bitexact", "-flags:v", "+bitexact"]
-                writer = imageio_ffmpeg.write_frames(
-                    str(temporary), size, fps=fps, quality=8, macro_block_size=2, output_params=options
-                )
-                writer.send(None)
-            writer.send(np.ascontiguousarray(even))
+        try:
+            for image in images:
+                even = np.pad(image, [(0, image.shape[0] % 2), (0, image.shape[1] % 2), (0, 0)], mode="edge")
+                if writer is None:
+                    size = (even.shape[1], even.shape[0])
+                    options = ["-map_metadata", "-1", "-fflags", "+bitexact", "-flags:v", "+bitexact", "-f", "mp4"]
+                    writer = imageio_ffmpeg.write_frames(
+                        str(temporary), size, fps=fps, quality=8, macro_block_size=2, output_params=options
+                    )
+                    writer.send(None)
+                writer.send(np.ascontiguousarray(even))
+        finally:  # ffmpeg must have ended before its file is renamed or removed
+            if writer is not None:
+                writer.close()
         if writer is None:
             raise FormatError(f"cannot write {path}: the film has no frames")
-        writer.close()

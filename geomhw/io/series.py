@@ -1,6 +1,8 @@
 """A time series: numbered ``.vtp`` frames with a ``.pvd`` (ParaView) and a ``.vtp.series`` index beside them."""
 
 import json
+import os
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -38,12 +40,19 @@ class SeriesWriter:
 
     def add(self, time: float, result: Result) -> None:
         """Write the next frame, and the indices that name it."""
-        frame = Frame(time, f"{self.path.stem}.{len(self.frames):05d}.vtp")
+        frame = Frame(float(time), f"{self.path.stem}.{len(self.frames):05d}.vtp")
         write(result, self.path.parent / frame.file)
-        self.frames.append(frame)
+        frames = [*self.frames, frame]
         with replacing([self.path, self.index]) as (pvd, series):
-            pvd.write_text(_pvd(self.frames), encoding="utf-8")
-            series.write_text(_series(self.frames), encoding="utf-8")
+            pvd.write_text(_pvd(frames), encoding="utf-8")
+            series.write_text(_series(frames), encoding="utf-8")
+        self.frames = frames
+
+    def writes(self, path: Path) -> bool:
+        """Whether a file is one that frames or index would be written to."""
+        frame = re.fullmatch(re.escape(self.path.stem) + r"\.\d{5,}\.vtp", path.name)
+        ours = frame or path.name in (self.path.name, self.index.name)
+        return bool(ours) and os.path.realpath(path.parent) == os.path.realpath(self.path.parent)
 
 
 def read_series(path: str | Path) -> list[Frame]:

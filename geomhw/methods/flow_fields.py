@@ -42,11 +42,14 @@ def blob(mesh: TriangleMesh, vertex: int) -> Floats:
 
 
 def random_field(mesh: TriangleMesh, seed: int, waves: int = 8) -> Floats:
-    """A smooth random flow, (m, 3): n x ∇ of sixty-four plane waves, its fastest part 10 h a unit of time.
+    """A smooth random flow, (m, 3): n x ∇ of sixty-four plane waves, its fastest part 10 h a unit of time; FieldError
+    unless ``waves`` is positive.
 
     The waves are drawn from the seed with at most ``waves`` radians to half the mesh's diameter, so that the flow
     depends neither on the scale of the mesh nor on how it is numbered.
     """
+    if waves < 1:
+        raise FieldError(f"a random flow has at least one wave, not {waves}")
     rng = np.random.default_rng(seed)
     low, high = mesh.vertices[np.unique(mesh.faces)].min(axis=0), mesh.vertices[np.unique(mesh.faces)].max(axis=0)
     radius = np.linalg.norm(high - low) / np.sqrt(12)  # that of a sphere with this box

@@ -9,7 +9,7 @@ from geomhw.solvers.exponential import exponential, norm_bound, substeps
 #: Step times norm of D after which colors are held to their neighbors again: they have come about one edge.
 RING_STEP = 1.5
 #: Colors need no more digits than this.
-DYE_TOLERANCE = 1e-10
+DYE_TOLERANCE = 1e-7
 
 
 def carry_dye(D: sp.csr_array, color: Floats, dt: float) -> Floats:

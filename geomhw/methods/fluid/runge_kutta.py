@@ -11,7 +11,7 @@ from geomhw.methods.fluid.scheme import Memory, VorticityScheme
 class FastScheme(VorticityScheme):
     """dq/dt = -J_V B q and dc/dt by RK4: stable up to a Courant number of about 1.5, drift of order dt⁵."""
 
-    def _advance(self, now: Memory, dt: float, alpha: Floats | None) -> tuple[Floats, Floats, Floats, sp.csr_array]:
+    def _advance(self, now: Memory, dt: float) -> tuple[Floats, Floats, Floats, sp.csr_array]:
         q, c, psi, middle = now["q"], now["c"], now["psi"], None
         dq, dc = np.zeros_like(q), np.zeros_like(c)
         total_q, total_c = np.zeros_like(q), np.zeros_like(c)
@@ -28,7 +28,7 @@ class FastScheme(VorticityScheme):
             middle = J if reach == 0.5 else middle
         q, c = q + dt * total_q, c + dt * total_c
         assert middle is not None
-        q = self._filtered(q, dt, alpha, psi)
+        q = self._filtered(q, dt, J, psi)
         if not np.isfinite(q).all():
             raise ConvergenceError("the flow is no longer finite; take a shorter time step")
         return q, self.model.stream_function(q, now["around"]), c, middle

@@ -12,9 +12,11 @@ from geomhw.methods.fluid.dye import carry_dye
 from geomhw.methods.fluid.state import FlowState, Force
 from geomhw.methods.fluid.vorticity import VorticityModel
 
-#: The filter's rate α in units of |V|/h, and the largest α dt, at which the finest waves still decay evenly.
-FILTER_RATE = 2.0
-MOST_DAMPING = 2.0
+#: The filter's rate α in units of the rate at which the flow crosses edges (`VorticityModel.rates`).
+FILTER_RATE = 8.0
+#: The largest α dt of a part at which even the finest wave, K = 3/4, does not change sign; and how many parts at most.
+STABLE_DAMPING = 1.0
+FILTER_PARTS = 4
 
 Memory = dict[str, Floats]
 
@@ -22,8 +24,8 @@ Memory = dict[str, Floats]
 class VorticityScheme:
     """What the schemes in vorticity form share: state, forces, filter, viscosity, dye; `_advance` is theirs.
 
-    filter: damp what the mesh cannot carry, dq/dt = -D w + λ (q - mean), where D = K M⁻¹K (α/M) K M⁻¹K with K = M - M_c
-    and α = 2|V|/h at each vertex, and λ is such that no energy is lost: only the finest waves decay, enstrophy falls,
+    filter: damp what the mesh cannot carry, dq/dt = -D w + λ M(ψ - mean), D = K M⁻¹ √α K √α M⁻¹ K, K = M - M_c, and α
+    some 12 |V|/h at each vertex; λ is such that no energy is lost. Only the finest waves decay: enstrophy falls, and
     circulation stays. viscosity: ν, length²/time; vorticity diffuses by backward Euler.
     """
 
@@ -58,8 +60,7 @@ class VorticityScheme:
         model, memory = self.model, dict(state.memory)
         if force is not None:
             memory = self._pushed(memory, dt, force(state.time))
-        alpha = self._filter_rate(memory) if self._filter else None
-        q, psi, c, J = self._advance(memory, dt, alpha)
+        q, psi, c, J = self._advance(memory, dt)
         if self._viscosity:
             q = self._diffusion(self._viscosity * dt)(q) * model.areas
             psi = model.stream_function(q, memory["around"])
@@ -70,7 +71,7 @@ class VorticityScheme:
             state.step + 1, state.time + dt, color, {"q": q, "around": memory["around"], "c": c, "psi": psi, **past}
         )
 
-    def _advance(self, now: Memory, dt: float, alpha: Floats | None) -> tuple[Floats, Floats, Floats, sp.csr_array]:
+    def _advance(self, now: Memory, dt: float) -> tuple[Floats, Floats, Floats, sp.csr_array]:
         """q, ψ and c at the end of the step, and J of its middle."""
         raise NotImplementedError
 
@@ -81,17 +82,19 @@ class VorticityScheme:
         shifted = {name: psi + push for name, psi in memory.items() if name.startswith("psi")}
         return {"q": memory["q"] + q, "around": memory["around"] + around, "c": memory["c"] + c, **shifted}
 
-    def _filter_rate(self, memory: Memory) -> Floats:
-        """α at each vertex, (n,): how many edges the flow there crosses a unit of time, times `FILTER_RATE`."""
-        speed = self.model.speed(self.model.velocity(memory["psi"], memory["c"]))
-        return np.asarray(FILTER_RATE * speed * self.model.inverse_edge_lengths)
-
-    def _filtered(self, q: Floats, dt: float, alpha: Floats | None, psi: Floats) -> Floats:
-        """q after the filter has worked for a step, at no cost in energy while the mean stream function is ψ."""
-        if alpha is None:
+    def _filtered(self, q: Floats, dt: float, J: sp.csr_array, psi: Floats) -> Floats:
+        """q after the filter has worked for a step, at no cost in energy while ψ, of which J is, is the step's mean."""
+        model = self.model
+        if not self._filter:
             return q
-        damping = self.model.roughness(self.model.vorticity(q), np.minimum(alpha, MOST_DAMPING / dt))
-        lever = self.model.centered(q)
+        alpha = FILTER_RATE * model.rates(J)
+        parts = int(np.clip(np.ceil(dt * alpha.max() / STABLE_DAMPING), 1, FILTER_PARTS))
+        s = dt / parts
+        alpha = np.minimum(alpha, STABLE_DAMPING / s)
+        lever = model.centered(model.areas * psi)
         arm = float(psi @ lever)
-        gain = float(psi @ damping) / arm if arm else 0.0
-        return np.asarray(q - dt * (damping - gain * lever))
+        for _ in range(parts):
+            damping = model.roughness(model.vorticity(q), alpha)
+            gain = float(psi @ damping) / arm if arm else 0.0
+            q = q - s * (damping - gain * lever)
+        return q

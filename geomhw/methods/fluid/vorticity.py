@@ -5,12 +5,13 @@ dq/dt = -J w. For such V, J is antisymmetric: the Jacobian of Arakawa (1966) on 
 approach [OATVF, eq. 7]. Energy, enstrophy and circulation are kept by dq/dt = -J B q for any symmetric w = B q.
 """
 
+from copy import copy
+
 import numpy as np
 import scipy.sparse as sp
 
 from geomhw.errors import ConvergenceError, MeshError
 from geomhw.mesh.arrays import Floats
-from geomhw.mesh.geometry import corner_sum
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.methods.harmonic import harmonic_basis
 from geomhw.operators.collapse import loop_collapse
@@ -22,8 +23,8 @@ from geomhw.solvers.exponential import SERIES_STEP, substeps
 from geomhw.solvers.grounding import balanced, free_unknowns
 
 #: Terms of the series M_c⁻¹ = M⁻¹ (I + K + K² + ...), K = I - M_c M⁻¹, that w = B q takes: lumped mass alone lets waves
-#: lag; each term takes some three quarters of the lag away.
-MASS_CORRECTIONS = 3
+#: lag; each term takes half of the lag away, or more.
+MASS_CORRECTIONS = 2
 
 
 class VorticityModel:
@@ -43,7 +44,6 @@ class VorticityModel:
         self._curl = (self.gradient.T * np.repeat(mesh.face_areas, 3)).tocsr()
         self.areas = mesh.vertex_areas
         self._inverse = np.divide(1.0, self.areas, out=np.zeros_like(self.areas), where=self.areas > 0)
-        self.inverse_edge_lengths = np.sqrt(self._inverse * np.sqrt(3) / 2)  # of a regular mesh with such vertex areas
         self.mass = consistent_mass(mesh)
         self._E, self._stand_in = loop_collapse(mesh)
         self._on_loop = np.zeros(mesh.n_vertices, dtype=bool)
@@ -55,6 +55,11 @@ class VorticityModel:
         self._derivative = DirectionalDerivative(mesh)
         self._harmonic_data = np.array([self._derivative.weak(h).data for h in self.harmonic])
         self._ahead, self._behind, self._pattern = self._jacobian_pattern()
+
+    @property
+    def n_unknowns(self) -> int:
+        """How many unknowns ψ has: one an inner vertex and one a boundary loop."""
+        return len(self._stand_in)
 
     # -- states --------------------------------------------------------------------------------------------------
 
@@ -101,12 +106,13 @@ class VorticityModel:
         return w
 
     def roughness(self, w: Floats, alpha: Floats) -> Floats:
-        """D w, (n,), with D = K M⁻¹K (α/M) K M⁻¹K, K = M - M_c: symmetric, semidefinite, summing to zero.
+        """D w, (n,), with D = K M⁻¹ √α K √α M⁻¹ K, K = M - M_c: symmetric, semidefinite, summing to zero.
 
-        On a wave of length L it is about (h/L)⁸ of what it is on the finest.
+        On a wave of length L it is about (h/L)⁶ of what it is on the finest.
         """
-        x = self._difference(self._difference(w) * self._inverse) * self._inverse
-        return self._difference(self._difference(alpha * x) * self._inverse)
+        root = np.sqrt(alpha)
+        x = root * (self._difference(w) * self._inverse)
+        return self._difference(root * self._difference(x) * self._inverse)
 
     def _difference(self, w: Floats) -> Floats:
         """K w, (n,): what the lumped mass has over the consistent one."""
@@ -124,11 +130,17 @@ class VorticityModel:
         data = (psi[self._ahead] - psi[self._behind]) / 6
         if len(c):
             data += c @ self._harmonic_data
-        return sp.csr_array((data, self._pattern.indices, self._pattern.indptr), shape=self._pattern.shape)
+        return self._filled(data)
 
     def derivative(self, J: sp.csr_array) -> sp.csr_array:
         """D_V = M⁻¹J, (n, n), strong."""
-        return sp.csr_array((J.data * self._inverse[self._rows], J.indices, J.indptr), shape=J.shape)
+        return self._filled(J.data * self._inverse[self._rows])
+
+    def _filled(self, data: Floats) -> sp.csr_array:
+        """The pattern with other values: index arrays are shared and not looked at again."""
+        matrix = copy(self._pattern)
+        matrix.data = data
+        return matrix
 
     def diffusion(self, nu_dt: float) -> DirectSolver:
         """(M + ν dt S)⁻¹, from q to the diffused w."""
@@ -138,16 +150,10 @@ class VorticityModel:
 
     def series_parts(self, J: sp.csr_array, dt: float) -> int:
         """Substeps in which the series for exp(-dt J B) stays short."""
-        return substeps(float(self._rates(J).max()), dt, SERIES_STEP)
+        return substeps(float(self.rates(J).max()), dt, SERIES_STEP)
 
-    def speed(self, V: Floats) -> Floats:
-        """|V| averaged to vertices by area, (n,)."""
-        return corner_sum(np.linalg.norm(V, axis=1) * self.mesh.face_areas / 3, self.mesh.faces, len(self.areas)) * (
-            self._inverse
-        )
-
-    def _rates(self, J: sp.csr_array) -> Floats:
-        """r, the absolute row sums of M⁻¹J, (n,), 1/time: how many cells a unit of time the flow crosses."""
+    def rates(self, J: sp.csr_array) -> Floats:
+        """Absolute row sums of M⁻¹J, (n,), 1/time: some 1.5 |V|/h, how often the flow crosses an edge."""
         rates = np.bincount(self._rows, np.abs(J.data), J.shape[0]) * self._inverse
         if not np.isfinite(rates).all():
             raise ConvergenceError("the flow is no longer finite; take a shorter time step or a weaker force")

@@ -1,0 +1,276 @@
+"""``geomhw vecdiffuse`` and ``geomhw operators`` as a user runs them: what they write, say and refuse."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import scipy.io
+import scipy.sparse as sp
+from conftest import zoo_mesh
+from test_commands import run, save_off
+
+from geomhw.io import read
+from geomhw.mesh.primitives import icosphere
+from geomhw.methods.sources import default_source
+from geomhw.methods.vector_heat import VectorHeat, tangent_at
+from geomhw.operators import averaging, connection, gradient, laplacian
+
+BALL = icosphere(1)
+#: Each flag, and the function of the library whose matrix it writes.
+OPERATORS = {
+    "gradient": gradient.gradient,
+    "divergence": gradient.divergence,
+    "stiffness": laplacian.stiffness,
+    "mass": laplacian.lumped_mass,
+    "consistent-mass": laplacian.consistent_mass,
+    "faces-to-vertices": averaging.faces_to_vertices,
+    "vertices-to-faces": averaging.vertices_to_faces,
+    "connection": connection.connection_stiffness,
+    "complex-connection": connection.complex_connection_stiffness,
+}
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Each test works in a folder of its own, with a small sphere in it."""
+    monkeypatch.chdir(tmp_path)
+    save_off(BALL)
+    return tmp_path
+
+
+def files(folder: Path) -> list[str]:
+    """Names in the folder, hidden ones too."""
+    return sorted(path.name for path in folder.iterdir())
+
+
+# -- vecdiffuse --------------------------------------------------------------------------------------------------
+
+
+def test_vecdiffuse_by_default(folder: Path) -> None:
+    """VTK and PNG with default names, two arrays per vertex and the time, a report in words."""
+    answer = run("vecdiffuse", "ball.off")
+    assert answer.exit_code == 0
+    assert answer.stderr == ""
+    assert files(folder) == ["ball.off", "ball.vecdiffuse.png", "ball.vecdiffuse.vtk"]
+    written = read("ball.vecdiffuse.vtk")
+    places = {field.name: (field.location, np.shape(field.values)) for field in written.fields}
+    assert places == {"diffused": ("vertex", (42, 3)), "transported": ("vertex", (42, 3)), "dt": ("mesh", (1,))}
+    assert f"source    {default_source(BALL)}\n" in answer.stdout
+    for word in ("42 vertices", "dt", "ball.vecdiffuse.vtk", "ball.vecdiffuse.png"):
+        assert word in answer.stdout
+
+
+def test_vecdiffuse_is_the_library() -> None:
+    """The arrays in the file are those of the vector heat method, to the last bit."""
+    run("vecdiffuse", "ball.off", "--source", "7", "--vector", "1", "0.5", "0", "--dt", "h2", "-o", "a.vtp", "-q")
+    expected = VectorHeat(BALL, "h2").from_vertices([7], [[1, 0.5, 0]])
+    for name in ("diffused", "transported"):
+        np.testing.assert_array_equal(read("a.vtp")[name], expected[name])
+
+
+def test_several_times(folder: Path) -> None:
+    """--dt may be repeated: numbered arrays in that order, and field data that hold the times."""
+    answer = run("vecdiffuse", "ball.off", "--dt", "h2", "--dt", "0.25", "--dt", "3*h2", "-o", "a.vtk")
+    assert answer.exit_code == 0
+    written = read("a.vtk")
+    h2 = BALL.mean_edge_length**2
+    np.testing.assert_allclose(written["dt"], [h2, 0.25, 3 * h2], rtol=1e-15)
+    names = {f"{name}_{k}" for name in ("diffused", "transported") for k in range(3)}
+    assert {field.name for field in written.fields} == names | {"dt"}
+    lengths = [np.linalg.norm(written[f"diffused_{k}"], axis=1).max() for k in range(3)]
+    assert lengths[1] > lengths[0] > lengths[2]  # the longer, the flatter
+    assert files(folder) == ["a.vtk", "ball.off"]
+
+
+def test_a_vector_is_laid_on_the_tangent_plane() -> None:
+    """What is normal of --vector does not count; at the source, transported is its tangential part."""
+    normal = BALL.vertex_normals[4]
+    tangent = tangent_at(BALL, 4, 25.0)
+    for name, vector in (("plain.vtp", tangent), ("raised.vtp", tangent + 3 * normal)):
+        run("vecdiffuse", "ball.off", "--source", "4", "--vector", *map(repr, vector.tolist()), "-o", name)
+    plain, raised = read("plain.vtp"), read("raised.vtp")
+    np.testing.assert_allclose(raised["diffused"], plain["diffused"], atol=1e-12)
+    for written in (plain, raised):
+        np.testing.assert_allclose(written["transported"][4], tangent, atol=1e-14)
+        np.testing.assert_allclose(np.einsum("vx,vx->v", written["transported"], BALL.vertex_normals), 0, atol=1e-14)
+
+
+def test_angle() -> None:
+    """--angle counts counterclockwise from the tangent frame, in degrees."""
+    run("vecdiffuse", "ball.off", "--source", "4", "--angle", "30", "-o", "a.vtp")
+    e1, e2 = BALL.tangent_frames[4]
+    np.testing.assert_allclose(read("a.vtp")["transported"][4], np.sqrt(3) / 2 * e1 + e2 / 2, atol=1e-14)
+
+
+def test_seed() -> None:
+    """One seed, one vector; another seed, another; 0 is the default."""
+    for name, seed in (("none", []), ("zero", ["--seed", "0"]), ("one", ["--seed", "1"]), ("again", ["--seed", "1"])):
+        run("vecdiffuse", "ball.off", *seed, "-o", f"{name}.vtp")
+    data = {name: Path(f"{name}.vtp").read_bytes() for name in ("none", "zero", "one", "again")}
+    assert data["none"] == data["zero"]
+    assert data["one"] == data["again"]
+    assert data["zero"] != data["one"]
+
+
+def test_two_sources_keep_their_lengths() -> None:
+    """Lengths 1 and 3 at the sources, between them everywhere, and in the order of the options, not of the indices."""
+    sources = ("--source", "9", "--source", "2")
+    vectors = [
+        part for s, k in ((9, 1), (2, 3)) for part in ("--vector", *map(repr, (k * tangent_at(BALL, s, 0)).tolist()))
+    ]
+    run("vecdiffuse", "ball.off", *sources, *vectors, "-o", "a.vtp")
+    length = np.linalg.norm(read("a.vtp")["transported"], axis=1)
+    np.testing.assert_allclose(length[[9, 2]], [1, 3], rtol=1e-14)
+    assert length.min() >= 1 - 1e-12
+    assert length.max() <= 3 + 1e-12
+
+
+def test_one_angle_serves_all_sources() -> None:
+    """A single --angle for two sources is that of both."""
+    run("vecdiffuse", "ball.off", "--source", "9", "--source", "2", "--angle", "10", "-o", "a.vtp")
+    transported = read("a.vtp")["transported"]
+    for source in (2, 9):
+        np.testing.assert_allclose(transported[source], tangent_at(BALL, source, 10), atol=1e-14)
+
+
+def test_connections_differ() -> None:
+    """--connection intrinsic is another transport, and the report names it."""
+    reports = [
+        json.loads(run("vecdiffuse", "ball.off", "--connection", name, "-o", f"{name}.vtp", "--json").stdout)
+        for name in ("normals", "intrinsic")
+    ]
+    assert [report["connection"] for report in reports] == ["normals", "intrinsic"]
+    one, other = (read(f"{name}.vtp")["transported"] for name in ("normals", "intrinsic"))
+    assert 1e-3 < np.abs(one - other).max() < 1
+
+
+def test_vecdiffuse_report_is_json() -> None:
+    """--json: command, mesh, sources and vectors as used, each time with its reason, files, seconds."""
+    answer = run("vecdiffuse", "ball.off", "--source", "5", "--angle", "0", "--dt", "h2", "-o", "a.ply", "--json")
+    report = json.loads(answer.stdout)
+    assert report["command"] == "vecdiffuse"
+    assert report["mesh"]["vertices"] == 42
+    assert report["sources"] == [5]
+    np.testing.assert_allclose(report["vectors"], [tangent_at(BALL, 5, 0)], atol=1e-15)
+    assert [step["asked"] for step in report["times"]] == ["h2"]
+    assert report["times"][0]["t_over_h2"] == pytest.approx(1)
+    assert report["unreachable_vertices"] == 0
+    assert report["files"] == ["a.ply"]
+    assert set(report["seconds"]) == {"read", "compute", "write"}
+
+
+def test_vecdiffuse_bytes_repeat() -> None:
+    """Two runs write the same bytes, data and picture."""
+    for k in (1, 2):
+        run("vecdiffuse", "ball.off", "-o", f"{k}.vtk", "-o", f"{k}.vtp", "-o", f"{k}.ply", "--png", f"{k}.png", "-q")
+    for extension in ("vtk", "vtp", "ply", "png"):
+        assert Path(f"1.{extension}").read_bytes() == Path(f"2.{extension}").read_bytes()
+
+
+def test_component_without_a_source() -> None:
+    """Its vertices are counted in a warning, and their vectors are 0."""
+    spheres = zoo_mesh("two_spheres")
+    save_off(spheres, "two.off")
+    answer = run("vecdiffuse", "two.off", "--source", "0", "-o", "a.vtp")
+    assert answer.exit_code == 0
+    assert "162 vertices" in answer.stdout
+    written = read("a.vtp")
+    other = np.arange(spheres.n_vertices) >= 162  # the lone vertex, too
+    for name in ("diffused", "transported"):
+        assert not written[name][other].any()
+    np.testing.assert_allclose(np.linalg.norm(written["transported"][~other], axis=1), 1, rtol=1e-12)
+
+
+NORMAL = [*map(repr, BALL.vertex_normals[4].tolist())]
+TWICE = ["--source", "4", "--source", "4"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "words"),
+    [
+        ([*TWICE, "--vector", "1", "0", "0", "--vector", "0", "1", "0"], 1, "source 4 is given twice"),
+        (["--vector", "0", "0", "0"], 1, "zero"),
+        (["--vector", "nan", "0", "0"], 1, "not finite"),
+        (["--angle", "inf"], 1, "finite"),
+        (["--source", "4", "--vector", *NORMAL], 1, "normal to the surface"),
+        (["--dt", "0"], 1, "positive"),
+        (["--dt", "-1"], 1, "positive"),
+        (["--dt", "h2", "--dt", "soon"], 1, "'soon' is no time step"),
+        (["--source", "42"], 1, "source 42 is not a vertex"),
+        (["--connection", "levi-civita"], 2, "levi-civita"),
+        (["--seed", "-1"], 2, "--seed"),
+        (["--vector", "1", "0", "0", "--angle", "3"], 2, "exclude"),
+        (["--angle", "3", "--seed", "3"], 2, "exclude"),
+        (["--source", "1", "--source", "2", "--source", "3", *["--vector", "1", "0", "0"] * 2], 2, "2 times for 3"),
+        (["-o", "ball.off"], 1, "'.off'"),
+    ],
+)
+def test_vecdiffuse_refusals(arguments: list[str], code: int, words: str, folder: Path) -> None:
+    """What cannot be transported is refused by a sentence (under the usage, if that is wrong); nothing is written."""
+    answer = run("vecdiffuse", "ball.off", *arguments)
+    assert answer.exit_code == code
+    assert answer.stdout == ""
+    *usage, sentence = answer.stderr.strip().splitlines()
+    assert words in sentence
+    assert len([line for line in usage if line and not line.startswith(("Usage", "Try"))]) == 0
+    assert (usage == []) == (code == 1)
+    assert files(folder) == ["ball.off"]
+
+
+# -- operators ---------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", OPERATORS)
+def test_each_matrix_is_the_librarys(name: str) -> None:
+    """.npz and .mtx read back as the library's matrix, to the last bit; the report gives its size."""
+    expected = OPERATORS[name](BALL)
+    for file in ("a.npz", "a.mtx"):
+        answer = run("operators", "ball.off", f"--{name}", "-o", file)
+        assert answer.exit_code == 0
+        rows, columns = expected.shape
+        assert answer.stdout.startswith(f"wrote {file}: {name}, {rows} x {columns}, ")
+    for found in (sp.load_npz("a.npz"), scipy.io.mmread("a.mtx")):
+        assert found.shape == expected.shape
+        np.testing.assert_array_equal(found.toarray(), expected.toarray())
+
+
+def test_operators_bytes_repeat() -> None:
+    """The same bytes from two processes, whatever the hash seed and the hour."""
+    for k in (1, 2):
+        for file in (f"{k}.npz", f"{k}.mtx"):
+            command = [sys.executable, "-m", "geomhw_cli", "operators", "ball.off", "--connection", "-q", "-o", file]
+            done = subprocess.run(command, capture_output=True, text=True, check=True)
+            assert done.stdout + done.stderr == ""
+    for extension in ("npz", "mtx"):
+        assert Path(f"1.{extension}").read_bytes() == Path(f"2.{extension}").read_bytes()
+
+
+@pytest.mark.parametrize("file", ["A.NPZ", "A.MTX"])
+def test_extension_in_capitals(file: str, folder: Path) -> None:
+    """A name in capitals gets the matrix too, and no other file is left."""
+    assert run("operators", "ball.off", "--mass", "-o", file).exit_code == 0
+    found = sp.load_npz(file) if file.endswith("NPZ") else scipy.io.mmread(file)
+    assert found.trace() == pytest.approx(BALL.face_areas.sum())
+    assert files(folder) == [file, "ball.off"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "words"),
+    [
+        (["-o", "a.npz"], 2, [f"--{name}" for name in OPERATORS]),
+        (["--mass"], 2, ["--output"]),
+        (["--mass", "-o", "a.csv"], 1, ["'.csv'", ".npz .mtx"]),
+        (["--mass", "-o", "none/a.npz"], 1, ["no folder none"]),
+        (["--curl", "-o", "a.npz"], 2, ["No such option"]),
+    ],
+)
+def test_operators_refusals(arguments: list[str], code: int, words: list[str], folder: Path) -> None:
+    """No operator, no name, another format: told in the last line of stderr, and nothing is written."""
+    answer = run("operators", "ball.off", *arguments)
+    assert answer.exit_code == code
+    for word in words:
+        assert word in answer.stderr.strip().splitlines()[-1]
+    assert files(folder) == ["ball.off"]
