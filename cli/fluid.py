@@ -8,11 +8,12 @@ import click
 from geomhw_cli import options, specs
 from geomhw_cli.job import Job
 from geomhw_cli.progress import progress
-from geomhw_cli.reel import Reel, reel_options
+from geomhw_cli.reel import Reel, held_interrupts, reel_options
+from geomhw_cli.resume import resumed, save_state
 
 if TYPE_CHECKING:
     from geomhw.methods.fluid.run import Moment
-    from geomhw.methods.fluid.state import FlowState, Force, Gauges, Scheme
+    from geomhw.methods.fluid.state import Force, Gauges, Scheme
 
 FORCES = ("jet", "none")
 DEFAULT_DT = 0.0005
@@ -99,21 +100,27 @@ def fluid(
     with job.stage("set up"):
         scheme, force = _scheme(mesh, choices), _force(mesh, choices, plan.dt)
         gauges = Gauges(scheme)
-        state = _resumed(reel, restart, choices) if restart else None
+        state = resumed(reel, mesh, restart, choices) if restart else None
         if state is None:
             state = scheme.start(specs.flow(choices["init"], mesh), specs.color(choices["color_spec"], mesh))
-    with job.stage("compute and write"), progress("fluid") as bar:
-        for moment in run(scheme, state, plan, force):
-            _save(reel, scheme, gauges, moment, choices)
-            bar(plan.share(moment.state))
+    try:
+        with job.stage("compute and write"), progress("fluid") as bar:
+            for moment in run(scheme, state, plan, force):
+                _save(reel, scheme, gauges, moment, choices)
+                bar(plan.share(moment.state))
+    except KeyboardInterrupt:
+        if not reel.rows:
+            raise
+        kept = f"{reel.series.path} is valid up to step {reel.rows[-1]['step']}"
+        raise click.ClickException(f"interrupted; {kept}, go on with --restart {reel.checkpoint}") from None
     reel.finish(flow_film, contact_sheet)
     first, last = reel.rows[0], reel.rows[-1]
-    lines = [f"time: {last['time']:.6g} after {last['step']} steps"]
+    lines = [f"time: {last['time']:.6g} after {last['step']} steps, {len(reel.rows)} frames"]
     if first["energy"]:
         lines.append(f"energy: {last['energy'] / first['energy']:.10g} of that at the start")
     if choices["scheme"] == "handout":
         lines.append("note: the handout's scheme damps the flow at every step, however short; others do not")
-    job.finish(mesh, {**choices, "first": first, "last": last}, lines)
+    job.finish(mesh, {**choices, "frames": len(reel.rows), "first": first, "last": last}, lines)
 
 
 def _plan(choices: dict[str, Any]) -> Any:
@@ -153,7 +160,6 @@ def _save(reel: Reel, scheme: "Scheme", gauges: "Gauges", moment: "Moment", choi
     """A frame, its line of the table, and, where an uninterrupted run would pass, the state to restart from."""
     import numpy as np
 
-    from geomhw.io.checkpoint import write_checkpoint
     from geomhw.results import Field, Result
 
     state = moment.state
@@ -163,38 +169,7 @@ def _save(reel: Reel, scheme: "Scheme", gauges: "Gauges", moment: "Moment", choi
         Field("velocity", "face", scheme.velocity(state)),
         Field("time", "mesh", np.array([state.time])),
     ]
-    reel.add(state.time, Result(scheme.mesh, fields), gauges(state, moment.dt))
-    if moment.regular:
-        table = np.array([list(row.values()) for row in reel.rows])
-        description = {"run": _run_of(choices), "step": state.step, "time": state.time, "columns": list(reel.rows[0])}
-        frames = {"frame_times": np.array([frame.time for frame in reel.series.frames])}
-        arrays = {f"memory_{name}": values for name, values in state.memory.items()}
-        write_checkpoint(reel.checkpoint, description, {"color": state.color, "rows": table, **frames, **arrays})
-
-
-def _run_of(choices: dict[str, Any]) -> dict[str, Any]:
-    """What must be the same for a run to be the continuation of another."""
-    return {name: value for name, value in choices.items() if name not in ("steps", "until")}
-
-
-def _resumed(reel: Reel, path: Path, choices: dict[str, Any]) -> "FlowState":
-    """The state of an earlier run; its frames up to there, and their table, become this run's."""
-    from geomhw.errors import FormatError
-    from geomhw.io.checkpoint import read_checkpoint
-    from geomhw.io.series import read_series
-    from geomhw.methods.fluid.state import FlowState
-
-    description, arrays = read_checkpoint(path)
-    ours = _run_of(choices)
-    for name, value in description["run"].items():
-        if ours.get(name) != value:
-            raise FormatError(f"{path.name} is of a run with {name} = {value}, not {ours.get(name)}; start anew")
-    kept = len(arrays["frame_times"])
-    reel.series.frames[:] = read_series(reel.series.path)[:kept]
-    if len(reel.series.frames) < kept:
-        raise FormatError(f"{reel.series.path.name} has fewer frames than {path.name} goes on from; start anew")
-    for row in arrays["rows"].tolist():
-        named = dict(zip(description["columns"], row, strict=True))
-        reel.rows.append(named | {"step": int(named["step"])})
-    memory = {name.removeprefix("memory_"): values for name, values in arrays.items() if name.startswith("memory_")}
-    return FlowState(description["step"], description["time"], arrays["color"], memory)
+    with held_interrupts():
+        reel.add(state.time, Result(scheme.mesh, fields), gauges(state, moment.dt))
+        if moment.regular:
+            save_state(reel, scheme.mesh, state, choices)

@@ -81,6 +81,8 @@ def color(spec: str, mesh: "TriangleMesh") -> "Floats":
     if _is_file(spec):
         found = read_field(spec, mesh)
         values = np.asarray(found.values, dtype=float)
+        if values.ndim == 2 and found.values.dtype == np.uint8:
+            values = values / 255  # RGB as bytes
         if found.location != "vertex" or values.ndim > 2 or (values.ndim == 2 and values.shape[1] not in (1, 3)):
             raise FieldError(f"'{spec}' is no color: it needs one or three numbers per vertex")
         return values.squeeze()

@@ -551,7 +551,6 @@ def test_a_run_in_two_parts(options: list[str], pace: list[str], folder: Path) -
     assert contents(folder / "parts") == contents(folder / "whole")
 
 
-@pytest.mark.xfail(reason="the frame of the start is written twice", strict=True)
 def test_restart_from_the_start() -> None:
     """A run stopped before its second regular frame begins again, with one frame of the start."""
     steps = ("--dt", "0.01", "--every", "3", "-q")
@@ -560,7 +559,6 @@ def test_restart_from_the_start() -> None:
     np.testing.assert_allclose(times("ball.fluid.pvd"), [0, 0.03, 0.06], rtol=1e-14)
 
 
-@pytest.mark.xfail(reason="the state does not know its mesh", strict=True)
 @pytest.mark.parametrize("mesh", [FINE, TriangleMesh(2 * BALL.vertices, BALL.faces)])
 def test_restart_on_another_mesh(mesh: TriangleMesh, folder: Path) -> None:
     """A state of another mesh is refused, of as many vertices too."""
@@ -571,7 +569,6 @@ def test_restart_on_another_mesh(mesh: TriangleMesh, folder: Path) -> None:
     assert contents(folder) == before
 
 
-@pytest.mark.xfail(reason="the times of the frames are not compared", strict=True)
 def test_restart_into_another_series(folder: Path) -> None:
     """A series whose frames are of other times is not mixed with those to come."""
     run("fluid", "ball.off", *SHORT, "-q")
@@ -581,7 +578,6 @@ def test_restart_into_another_series(folder: Path) -> None:
     assert contents(folder) == before
 
 
-@pytest.mark.xfail(reason="bytes are taken for numbers", strict=True)
 def test_color_of_bytes() -> None:
     """RGB stored as bytes, 0..255, as in a PLY, is a color between 0 and 1."""
     write(Result(BALL, [Field("rgb", "vertex", np.full((42, 3), 51, dtype=np.uint8))]), "in.vtp")

@@ -29,7 +29,7 @@ def substeps(norm: float, t: float, limit: float) -> int:
     need = abs(t) * norm / limit
     if not math.isfinite(need) or need > MAX_SUBSTEPS:
         raise ConvergenceError(
-            f"a step of {t:g} crosses the mesh's smallest cells {need:.3g} times; take a shorter step"
+            f"a step of {abs(t):g} crosses the mesh's smallest cells {need:.3g} times; take a shorter step"
         )
     return max(1, math.ceil(need))
 
