@@ -3,7 +3,7 @@
 import numpy as np
 
 from geomhw.errors import FieldError
-from geomhw.mesh.arrays import Floats
+from geomhw.mesh.arrays import Floats, dot
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.results import Field
 
@@ -29,4 +29,4 @@ def tangential(mesh: TriangleMesh, field: Floats) -> Floats:
 
 def energy(mesh: TriangleMesh, field: Floats) -> float:
     """The integral of |V|², units of V² times area."""
-    return float(mesh.face_areas @ np.einsum("fx,fx->f", field, field))
+    return dot(mesh.face_areas, np.einsum("fx,fx->f", field, field))

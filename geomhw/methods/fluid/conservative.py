@@ -8,7 +8,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from geomhw.errors import ConvergenceError
-from geomhw.mesh.arrays import Floats
+from geomhw.mesh.arrays import Floats, dot
 from geomhw.methods.fluid.scheme import Memory, VorticityScheme
 
 #: Two iterates of the stream function closer than this, relative, are one.
@@ -25,7 +25,7 @@ class ConservativeScheme(VorticityScheme):
         """By fixed-point iteration on ψ and c from an extrapolated guess."""
         n = len(now["psi"])
         x = np.concatenate([_extrapolated(now), now["c"]])
-        flow = np.sqrt(max(float(now["c"] @ now["c"] - now["psi"] @ now["q"]), 0.0))  # √∫|V|², to which c belongs
+        flow = np.sqrt(max(dot(now["c"], now["c"]) - dot(now["psi"], now["q"]), 0.0))  # √∫|V|², to which c belongs
         scale = np.repeat([float(np.abs(now["psi"]).max()) or 1.0, flow or 1.0], [n, len(now["c"])])
         least = np.inf
         for _ in range(MAX_ITERATIONS):
@@ -56,7 +56,7 @@ class ConservativeScheme(VorticityScheme):
         model = self.model
         parts = model.series_parts(J, dt)
         mean = np.zeros_like(q)
-        size = np.linalg.norm(q)
+        size = np.abs(q).max()
         s = dt / parts
         for _ in range(parts):
             term, total, average = q, q.copy(), q.copy()
@@ -64,7 +64,7 @@ class ConservativeScheme(VorticityScheme):
                 term = (-s / order) * (J @ model.vorticity(term))
                 total += term
                 average += term / (order + 1)
-                if np.linalg.norm(term) <= SERIES_TOLERANCE * size:
+                if np.abs(term).max() <= SERIES_TOLERANCE * size:
                     break
             q = total
             mean += average / parts

@@ -6,7 +6,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from geomhw.errors import FieldError
-from geomhw.mesh.arrays import Floats
+from geomhw.mesh.arrays import Floats, dot
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.methods.fluid.dye import carry_dye
 from geomhw.methods.fluid.state import FlowState, Force
@@ -92,9 +92,9 @@ class VorticityScheme:
         s = dt / parts
         alpha = np.minimum(alpha, STABLE_DAMPING / s)
         lever = model.centered(model.areas * psi)
-        arm = float(psi @ lever)
+        arm = dot(psi, lever)
         for _ in range(parts):
             damping = model.roughness(model.vorticity(q), alpha)
-            gain = float(psi @ damping) / arm if arm else 0.0
+            gain = dot(psi, damping) / arm if arm else 0.0
             q = q - s * (damping - gain * lever)
         return q

@@ -7,7 +7,7 @@ from typing import Protocol
 import numpy as np
 
 from geomhw.errors import ConvergenceError
-from geomhw.mesh.arrays import Floats
+from geomhw.mesh.arrays import Floats, dot
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.methods.tangent_fields import energy
 from geomhw.operators.gradient import divergence
@@ -69,8 +69,8 @@ class Gauges:
             "step": state.step,
             "time": state.time,
             "energy": energy(self._mesh, V) / 2,
-            "enstrophy": float(areas @ vorticity**2) / 2,
-            "circulation": float(areas @ vorticity),
+            "enstrophy": dot(areas, vorticity**2) / 2,
+            "circulation": dot(areas, vorticity),
             "divergence": float(np.abs(self._divergence @ V.ravel()).max() / most) if most else 0.0,
             "courant": float(dt * speed / self._mesh.mean_edge_length),
             "color_min": float(state.color.min()),
