@@ -23,9 +23,10 @@ lint: $(VENV)/.developing
 	@mkdir -p build/lint && ln -sfn ../../cli build/lint/geomhw_cli
 	$(BIN)/mypy
 
-# Accuracy and times beside potpourri3d's, in an environment of their own; GEOMHW_REFERENCE names a folder of more meshes.
+# Accuracy and times beside potpourri3d's, in an environment of their own, on one thread each.
+# GEOMHW_REFERENCE names a folder of more meshes.
 bench: $(BENCH)/.installed
-	$(BENCH)/bin/python tests/benchmarks/transport.py
+	OPENBLAS_NUM_THREADS=1 $(BENCH)/bin/python tests/benchmarks/transport.py
 
 clean:
 	rm -rf $(VENV) $(BENCH) $(DEMO) build dist *.egg-info

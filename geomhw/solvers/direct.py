@@ -6,9 +6,12 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.sparse.linalg import splu
+from threadpoolctl import ThreadpoolController
 
 from geomhw.errors import ConvergenceError
 
+#: SuperLU calls BLAS for thousands of small blocks; threads for them cost ten times what they do.
+_blas = ThreadpoolController()
 _NO_SOLUTION = "the linear system has no finite solution; look for faces of nearly no area"
 
 
@@ -30,9 +33,10 @@ class DirectSolver:
             return
         try:
             # Symmetric mode keeps pivots on the diagonal: componentwise accurate for M-matrices, and less fill.
-            self._lu = splu(
-                kept.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
-            )
+            with _blas.limit(limits=1, user_api="blas"):
+                self._lu = splu(
+                    kept.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
+                )
         except RuntimeError as error:
             raise ConvergenceError(f"{_NO_SOLUTION} ({error})") from error
 
@@ -40,7 +44,8 @@ class DirectSolver:
         """x for one right-hand side, (n,), or several, (n, k); zero where not free."""
         solution = np.zeros(rhs.shape, dtype=np.result_type(self._dtype, rhs.dtype))
         if self._free.size:
-            solution[self._free] = self._lu.solve(rhs[self._free].astype(solution.dtype))
+            with _blas.limit(limits=1, user_api="blas"):
+                solution[self._free] = self._lu.solve(rhs[self._free].astype(solution.dtype))
         if not np.isfinite(solution).all():
             raise ConvergenceError(_NO_SOLUTION)
         return solution
