@@ -264,3 +264,15 @@ def test_matrix_round_trip(name: str, kind: type, tmp_path: Path) -> None:
         found = sp.load_npz(path) if name.endswith("npz") else scipy.io.mmread(path)
         np.testing.assert_array_equal(found.toarray(), dense)
     assert (tmp_path / name).read_bytes() == (tmp_path / f"other{name}").read_bytes()
+
+
+def test_gif_keeps_rare_colors(tmp_path: Path) -> None:
+    """A few pixels of a strong color among many pale ones keep it: no channel is off by more than a dozen."""
+    pale = np.clip(np.random.default_rng(0).normal(225, 8, size=(120, 160, 3)), 0, 255).astype(np.uint8)
+    picture = np.where(np.arange(120)[:, None, None] < 118, pale, np.array([8, 30, 120], dtype=np.uint8))
+    picture[-1, :, :] = [150, 10, 40]
+    write_gif(tmp_path / "a.gif", [picture])
+    with Image.open(tmp_path / "a.gif") as film:
+        shown = np.asarray(film.convert("RGB")).astype(int)
+    assert np.abs(shown[118:] - picture[118:]).max() <= 12
+    assert np.abs(shown - picture).max() <= 32

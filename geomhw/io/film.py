@@ -27,7 +27,9 @@ def write_gif(path: str | Path, images: Images, fps: float = 12.0) -> None:
     """An endless GIF of (h, w, 3) pictures; each frame has its own palette of 255 colors."""
     from PIL import Image
 
-    pictures = [Image.fromarray(image).quantize(255, dither=Image.Dither.NONE) for image in images]
+    # Maximum coverage, for median cut gives away the few pixels of a strong color, a color bar's ends say.
+    method, even = Image.Quantize.MAXCOVERAGE, Image.Dither.NONE
+    pictures = [Image.fromarray(image).quantize(255, method, dither=even) for image in images]
     if not pictures:
         raise FormatError(f"cannot write {path}: the film has no frames")
     with replacing([path]) as (temporary,):
