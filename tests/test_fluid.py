@@ -22,7 +22,6 @@ from geomhw.methods.fluid.state import FlowState, Gauges, Scheme
 from geomhw.methods.harmonic import closed_forms, harmonic_basis
 from geomhw.methods.helmholtz import HelmholtzDecomposition
 from geomhw.methods.tangent_fields import energy, tangential
-from geomhw.operators.collapse import loop_collapse
 from geomhw.operators.directional import directional_derivative
 from geomhw.operators.gradient import divergence, gradient
 from geomhw.operators.laplacian import lumped_mass
@@ -43,7 +42,7 @@ def rossby_haurwitz(mesh: TriangleMesh, time: float = 0.0) -> np.ndarray:
 def start_of(scheme: VorticityScheme, w: np.ndarray) -> FlowState:
     """The flow of that vorticity, with a color of zeros."""
     model = scheme.model
-    around = np.zeros(loop_collapse(scheme.mesh)[0].shape[1])
+    around = np.zeros(model.n_unknowns)
     return scheme.from_vorticity(model.from_vorticity(w), around, np.zeros(len(model.harmonic)), np.zeros(len(w)))
 
 

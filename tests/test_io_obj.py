@@ -1,10 +1,10 @@
 """OBJ files: dialects of one square, relative indices, and what is wrong with its line."""
 
-import os
 from pathlib import Path
 
 import numpy as np
 import pytest
+from conftest import needs_reference, reference
 
 from geomhw.errors import FormatError
 from geomhw.io import read, read_mesh
@@ -83,12 +83,10 @@ def test_what_is_wrong_is_named_with_its_line(tmp_path, text):
         assert part in str(caught.value)
 
 
-@pytest.mark.skipif(
-    not os.environ.get("GEOMHW_REFERENCE"), reason="set GEOMHW_REFERENCE to the folder of reference meshes"
-)
+@needs_reference
 @pytest.mark.parametrize(
     ("name", "n", "m"), [("hostile/stanford-bunny.obj", 35947, 69451), ("hostile/moebius.obj", 280, 448)]
 )
 def test_reference_meshes(name, n, m):
-    mesh = read_mesh(Path(os.environ["GEOMHW_REFERENCE"], "meshes", name))
+    mesh = read_mesh(reference(f"meshes/{name}"))
     assert (mesh.n_vertices, mesh.n_faces) == (n, m)

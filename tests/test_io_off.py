@@ -1,10 +1,10 @@
 """OFF files: every dialect that is read gives the same square; everything else says what is wrong and where."""
 
-import os
 from pathlib import Path
 
 import numpy as np
 import pytest
+from conftest import needs_reference, reference
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -113,12 +113,10 @@ def test_what_is_wrong_is_named_with_its_line(tmp_path, text):
         assert part in str(caught.value)
 
 
-@pytest.mark.skipif(
-    not os.environ.get("GEOMHW_REFERENCE"), reason="set GEOMHW_REFERENCE to the folder of reference meshes"
-)
+@needs_reference
 @pytest.mark.parametrize(
     ("name", "n", "m"), [("closed/moomoo.off", 1045, 2086), ("hostile/camelhead.off", 11381, 22704)]
 )
 def test_reference_meshes(name, n, m):
-    mesh = read_mesh(Path(os.environ["GEOMHW_REFERENCE"], "meshes", name))
+    mesh = read_mesh(reference(f"meshes/{name}"))
     assert (mesh.n_vertices, mesh.n_faces) == (n, m)

@@ -206,6 +206,13 @@ class TriangleMesh:
         """Faces without area, as far as the coordinates' rounding can tell, ascending."""
         return frozen(geometry.degenerate_faces(self.vertices, self.faces, self.opposite_edges))
 
+    def require_oriented(self, purpose: str) -> None:
+        """MeshError unless faces agree on what is up; the purpose starts the sentence."""
+        if not (self.is_edge_manifold and self.is_oriented):
+            raise MeshError(
+                f"{purpose} needs an oriented manifold: at most two faces at an edge, which agree on what is up"
+            )
+
     def require_area(self) -> None:
         """MeshError if a face has no area: its gradients and cotangents do not exist."""
         if len(bad := self.degenerate_faces):

@@ -6,30 +6,26 @@ from scipy.sparse.csgraph import breadth_first_order
 
 from geomhw.mesh.arrays import Floats, Ints
 from geomhw.mesh.triangle_mesh import TriangleMesh
-from geomhw.operators.collapse import loop_collapse, loop_groups
+from geomhw.methods.stream import LoopPoisson
+from geomhw.operators.collapse import loop_groups
 from geomhw.operators.gradient import divergence, gradient, hat_gradients
-from geomhw.operators.laplacian import stiffness
-from geomhw.solvers.direct import DirectSolver
-from geomhw.solvers.grounding import free_unknowns
 
 
-def harmonic_basis(mesh: TriangleMesh) -> Floats:
+def harmonic_basis(mesh: TriangleMesh, poisson: LoopPoisson | None = None) -> Floats:
     """Orthonormal harmonic fields, (2g, m, 3), by area inner product; none crosses the boundary.
 
     Closed 1-forms along the loops of a tree-cotree decomposition [Eppstein 2003; Crane et al., Digital Geometry
     Processing with Discrete Exterior Calculus, sec. 8.2], less the closest gradient, turned by a right angle: h = n x
     (X - ∇f) is a stream flow locally, so exactly divergence-free, and its curl vanishes in the weak sense. The mesh is
-    an oriented manifold; 1-forms vanish along the boundary.
+    an oriented manifold; 1-forms vanish along the boundary. poisson: the mesh's, where it is at hand.
     """
     forms = closed_forms(mesh)
     if forms.shape[0] == 0:
         return np.zeros((0, mesh.n_faces, 3))
     X = _face_fields(mesh, forms)
-    E, stand_in = loop_collapse(mesh)
-    K = (E.T @ stiffness(mesh) @ E).tocsr()
-    lone = np.flatnonzero(np.isin(stand_in, mesh.unreferenced_vertices))
-    solver = DirectSolver(K, free_unknowns(mesh.components[stand_in], lone))
-    f = E @ solver(E.T @ (-(divergence(mesh) @ X.reshape(len(X), -1).T)))
+    poisson = poisson or LoopPoisson(mesh)
+    spread = divergence(mesh) @ X.reshape(len(X), -1).T
+    f = np.stack([poisson(-poisson.gathered(column)) for column in spread.T], axis=1)
     exact = X - (gradient(mesh) @ f).T.reshape(X.shape)
     turned = np.cross(mesh.face_normals, exact)
     weight = np.sqrt(mesh.face_areas)[:, None]

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sp
 
-from geomhw.errors import MeshError
 from geomhw.mesh.arrays import Floats, Ints
 from geomhw.mesh.geometry import corner_sum
 from geomhw.mesh.triangle_mesh import TriangleMesh
@@ -32,10 +31,7 @@ class HelmholtzDecomposition:
 
     def __init__(self, mesh: TriangleMesh) -> None:
         mesh.require_area()
-        if not (mesh.is_edge_manifold and mesh.is_oriented):
-            raise MeshError(
-                "the decomposition needs an oriented manifold: at most two faces at an edge, which agree on what is up"
-            )
+        mesh.require_oriented("the decomposition")
         self.mesh = mesh
         self._gradient = gradient(mesh)
         self._divergence = divergence(mesh)

@@ -26,7 +26,7 @@ from geomhw.operators.connection import (
 from geomhw.operators.laplacian import lumped_mass
 from geomhw.results import Field, Result
 from geomhw.solvers.direct import DirectSolver
-from geomhw.solvers.wavefront import LogValues, in_reach, scaled
+from geomhw.solvers.wavefront import LogValues, in_reach, solve_scaled
 
 #: A vector whose tangential part is a smaller share of it than this is normal to the surface.
 LEAST_TANGENT_SHARE = 1e-6
@@ -76,7 +76,7 @@ class VectorHeat:
         given = np.asarray(values, dtype=float)[order]
         impulse = self._impulse(wanted, np.ones(len(wanted)))
         weight = self._flow.from_impulse(impulse)
-        extended = self._ratio(impulse, self._impulse(wanted, given), weight)
+        extended = self._ratio(self._impulse(wanted, given), weight)
         return np.where(np.isfinite(weight.log), np.clip(extended, given.min(), given.max()), np.nan)
 
     def from_vertices(self, sources: Sequence[int] | Ints, vectors: ArrayLike) -> Result:
@@ -96,7 +96,7 @@ class VectorHeat:
         if np.ptp(size) <= 1e-15 * size.max():
             length = np.where(np.isfinite(weight.log), size[0], 0.0)
         else:
-            length = np.clip(self._ratio(impulse, self._impulse(wanted, size), weight), size.min(), size.max())
+            length = np.clip(self._ratio(self._impulse(wanted, size), weight), size.min(), size.max())
         transported = direction * length
         transported[wanted] = y0[wanted]  # TVHM's limit t -> 0, exactly
         unreached = int(np.count_nonzero(~np.isfinite(weight.log) & self._flow.surface))
@@ -144,31 +144,25 @@ class VectorHeat:
 
     def _spread(self, y0: Complexes, weight: LogValues) -> tuple[Complexes, Complexes]:
         """Y and Y/|Y|, the latter right even where Y itself has faded to nothing."""
-        with np.errstate(under="ignore"):
-            y = self._solver(y0)
         there = np.flatnonzero(np.isfinite(weight.log))
-        if not in_reach(weight.plain[there]):
-            # The decay of the scalar heat is that of the vectors too: scaled by it, they are of order one.
-            potential = -weight.log[there]
-            system = DirectSolver(scaled(self._matrix[there][:, there], potential))
-            z = system(y0[there] * np.exp(np.where(y0[there] != 0, potential, 0.0)))
-            y[there] = z * weight.plain[there]
-            direction = np.zeros_like(y)
-            direction[there] = z
-        else:
-            direction = y.copy()
-        return y, _unit(direction)
+        if in_reach(weight.plain[there]):
+            with np.errstate(under="ignore"):
+                y = self._solver(y0)
+            return y, _unit(y)
+        # The decay of the scalar heat is that of the vectors too: scaled by it, they are of order one.
+        z = np.zeros_like(y0)
+        z[there] = solve_scaled(self._matrix[there][:, there], y0[there], -weight.log[there])
+        with np.errstate(under="ignore"):
+            return z * np.abs(weight.plain), _unit(z)
 
-    def _ratio(self, impulse: Floats, values: Floats, weight: LogValues) -> Floats:
-        """The heat of the values over that of the impulse, (n,); zero where there is none."""
+    def _ratio(self, values: Floats, weight: LogValues) -> Floats:
+        """The heat of the values over that of the sources, ``weight``, (n,); zero where there is none."""
         there = np.flatnonzero(np.isfinite(weight.log))
         ratio = np.zeros(self.mesh.n_vertices)
         if in_reach(weight.plain[there]):
             ratio[there] = self._flow.from_impulse(values).plain[there] / weight.plain[there]
         else:
-            potential = -weight.log[there]
-            system = DirectSolver(scaled(self._flow.matrix[there][:, there], potential))
-            ratio[there] = system(values[there] * np.exp(np.where(values[there] != 0, potential, 0.0)))
+            ratio[there] = solve_scaled(self._flow.matrix[there][:, there], values[there], -weight.log[there])
             ratio[there] *= weight.sign[there]
         return ratio
 

@@ -79,7 +79,7 @@ def solve_decaying(matrix: sp.csr_array, rhs: Floats, plain: Floats, travel: Flo
         else:
             rate *= 0.7  # the guess fell faster than the solution, which overflowed: guess again, flatter
         potential = np.where(known, decay, rate * travel)
-        v = _solve_scaled(matrix, rhs, potential)
+        v = _solve_or_nan(matrix, rhs, potential)
     raise ConvergenceError("heat does not reach the far side of the mesh in double precision; take a larger time step")
 
 
@@ -89,11 +89,16 @@ def _least_rate(decay: Floats, known: NDArray[np.bool_], travel: Floats) -> floa
     return float((decay[outer] / travel[outer]).min(initial=1.0))
 
 
-def _solve_scaled(matrix: sp.csr_array, rhs: Floats, potential: Floats) -> Floats:
-    """v of the system scaled by the potential; not finite where that overflows."""
+def solve_scaled(matrix: sp.csr_array, rhs: NDArray[Any], potential: Floats) -> NDArray[Any]:
+    """v = exp(p) u, of order one where p is near the decay of u, for A u = b with b zero but where p is small."""
+    source = rhs * np.exp(np.where(rhs != 0, potential, 0.0))
+    return DirectSolver(scaled(matrix, potential))(source)
+
+
+def _solve_or_nan(matrix: sp.csr_array, rhs: Floats, potential: Floats) -> Floats:
+    """The scaled solution; not finite where that overflows."""
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
-        source = rhs * np.exp(np.where(rhs != 0, potential, 0.0))
         try:
-            return np.asarray(DirectSolver(scaled(matrix, potential))(source))
+            return np.asarray(solve_scaled(matrix, rhs, potential))
         except ConvergenceError:
             return np.full_like(rhs, np.nan)

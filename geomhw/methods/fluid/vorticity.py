@@ -10,17 +10,16 @@ from copy import copy
 import numpy as np
 import scipy.sparse as sp
 
-from geomhw.errors import ConvergenceError, MeshError
+from geomhw.errors import ConvergenceError
 from geomhw.mesh.arrays import Floats
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.methods.harmonic import harmonic_basis
-from geomhw.operators.collapse import loop_collapse
+from geomhw.methods.stream import LoopPoisson
 from geomhw.operators.directional import DirectionalDerivative
 from geomhw.operators.gradient import gradient
 from geomhw.operators.laplacian import consistent_mass, lumped_mass, stiffness
 from geomhw.solvers.direct import DirectSolver
 from geomhw.solvers.exponential import SERIES_STEP, substeps
-from geomhw.solvers.grounding import balanced, free_unknowns
 
 #: Terms of the series M_c⁻¹ = M⁻¹ (I + K + K² + ...), K = I - M_c M⁻¹, that w = B q takes: lumped mass alone lets waves
 #: lag; each term takes half of the lag away, or more.
@@ -35,23 +34,17 @@ class VorticityModel:
     """
 
     def __init__(self, mesh: TriangleMesh) -> None:
-        if not (mesh.is_edge_manifold and mesh.is_oriented):
-            raise MeshError(
-                "a flow needs an oriented manifold: at most two faces at an edge, which agree on what is up"
-            )
+        mesh.require_oriented("a flow")
         self.mesh = mesh
         self.gradient = gradient(mesh)
         self._curl = (self.gradient.T * np.repeat(mesh.face_areas, 3)).tocsr()
         self.areas = mesh.vertex_areas
         self._inverse = np.divide(1.0, self.areas, out=np.zeros_like(self.areas), where=self.areas > 0)
         self.mass = consistent_mass(mesh)
-        self._E, self._stand_in = loop_collapse(mesh)
+        self._poisson = LoopPoisson(mesh)
         self._on_loop = np.zeros(mesh.n_vertices, dtype=bool)
         self._on_loop[mesh.boundary_vertices] = True
-        lone = np.flatnonzero(np.isin(self._stand_in, mesh.unreferenced_vertices))
-        K = (self._E.T @ stiffness(mesh) @ self._E).tocsr()
-        self._solve = DirectSolver(K, free_unknowns(mesh.components[self._stand_in], lone))
-        self.harmonic = harmonic_basis(mesh)
+        self.harmonic = harmonic_basis(mesh, self._poisson)
         self._derivative = DirectionalDerivative(mesh)
         self._harmonic_data = np.array([self._derivative.weak(h).data for h in self.harmonic])
         self._ahead, self._behind, self._pattern = self._jacobian_pattern()
@@ -59,7 +52,7 @@ class VorticityModel:
     @property
     def n_unknowns(self) -> int:
         """How many unknowns ψ has: one an inner vertex and one a boundary loop."""
-        return len(self._stand_in)
+        return self._poisson.n_unknowns
 
     # -- states --------------------------------------------------------------------------------------------------
 
@@ -70,14 +63,14 @@ class VorticityModel:
         there the vorticity is taken from the nearest inner ones, and what remains is the loop's circulation.
         """
         q = self._curl @ np.cross(self.mesh.face_normals, V).ravel()
-        around = np.zeros(len(self._stand_in))
+        around = np.zeros(self.n_unknowns)
         if self._on_loop.any():
             inside = np.where(self._on_loop, 0.0, 1.0)
             ring = self.mass @ np.where(self._on_loop, 0.0, q * self._inverse)
             weight = self.mass @ inside
             w = np.divide(ring, weight, out=np.zeros_like(ring), where=weight > 0)
             guess = np.where(self._on_loop, w * self.areas, q)
-            around = self._E.T @ np.where(self._on_loop, guess - q, 0.0)
+            around = self._poisson.gathered(np.where(self._on_loop, guess - q, 0.0))
             q = guess
         c = np.einsum("gfx,fx,f->g", self.harmonic, V, self.mesh.face_areas)
         return q, around, c
@@ -88,8 +81,7 @@ class VorticityModel:
 
     def stream_function(self, q: Floats, around: Floats) -> Floats:
         """ψ, (n,), with Sψ = -q inside, constant on each loop with that circulation; zero at one vertex a component."""
-        rhs = around - self._E.T @ q
-        return np.asarray(self._E @ self._solve(balanced(rhs, self.mesh.components[self._stand_in])))
+        return self._poisson(around - self._poisson.gathered(q))
 
     def velocity(self, psi: Floats, c: Floats) -> Floats:
         """n x ∇ψ + Σ c_k h_k, (m, 3)."""
