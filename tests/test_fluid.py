@@ -12,6 +12,7 @@ from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.methods.flow_fields import blob, random_field, rigid_field, rotation_field
 from geomhw.methods.fluid import initial
 from geomhw.methods.fluid.conservative import ConservativeScheme
+from geomhw.methods.fluid.dye import Dye
 from geomhw.methods.fluid.forces import top_jet
 from geomhw.methods.fluid.run import Plan, run
 from geomhw.methods.fluid.runge_kutta import FastScheme
@@ -19,10 +20,11 @@ from geomhw.methods.fluid.scheme import VorticityScheme
 from geomhw.methods.fluid.schemes import scheme_of
 from geomhw.methods.fluid.splitting import Advection, SplittingScheme
 from geomhw.methods.fluid.state import FlowState, Gauges, Scheme
+from geomhw.methods.fluid.vorticity import VorticityModel
 from geomhw.methods.harmonic import closed_forms, harmonic_basis
 from geomhw.methods.helmholtz import HelmholtzDecomposition
 from geomhw.methods.tangent_fields import energy, tangential
-from geomhw.operators.directional import directional_derivative
+from geomhw.operators.directional import DirectionalDerivative, directional_derivative
 from geomhw.operators.gradient import divergence, gradient
 from geomhw.operators.laplacian import lumped_mass
 
@@ -298,6 +300,21 @@ def test_color_keeps_its_bounds() -> None:
     assert end.color.max() <= 1
     assert end.color[int((mesh.vertices @ [1, 0, 0]).argmax())] > 0.9
     assert end.color[int((mesh.vertices @ [-1, 0, 0]).argmax())] < 0.1
+
+
+@pytest.mark.parametrize("courant", [0.5, 1.0, 2.0])
+def test_color_comes_back_from_a_turn(courant: float) -> None:
+    """A bump carried once round the sphere is where it was, and as high, whatever the Courant number."""
+    mesh = icosphere(4)
+    dye, V = Dye(VorticityModel(mesh)), rigid_field(mesh, np.array([0.3, 0.5, 0.8]))
+    D = DirectionalDerivative(mesh)(V)
+    color = start = blob(mesh, 0)
+    steps = int(np.ceil(2 * np.pi / (courant * mesh.mean_edge_length / np.linalg.norm(V, axis=1).max())))
+    for _ in range(steps):
+        color = dye.carry(D, color, 2 * np.pi / steps)
+    assert np.linalg.norm(color - start) < 0.05 * np.linalg.norm(start)
+    assert 0.92 < color.max() <= 1
+    assert color.min() >= 0
 
 
 @pytest.mark.parametrize("scheme", SCHEMES)

@@ -6,6 +6,7 @@ from conftest import CLOSED, zoo_mesh
 
 from geomhw.errors import MeshError
 from geomhw.mesh.primitives import grid, icosphere
+from geomhw.mesh.rings import OneRings
 from geomhw.mesh.triangle_mesh import TriangleMesh
 
 
@@ -166,3 +167,14 @@ def test_zero_area_is_named() -> None:
     assert mesh.degenerate_faces.size
     with pytest.raises(MeshError, match=f"face {mesh.degenerate_faces[0]} .*zero area"):
         mesh.require_area()
+
+
+def test_one_rings(mesh: TriangleMesh) -> None:
+    """The largest value next to each vertex, of one column or several, against the adjacency matrix."""
+    values = np.random.default_rng(2).normal(size=(mesh.n_vertices, 2))
+    linked = np.eye(mesh.n_vertices, dtype=bool)
+    linked[mesh.edges[:, 0], mesh.edges[:, 1]] = linked[mesh.edges[:, 1], mesh.edges[:, 0]] = True
+    expected = np.where(linked[:, :, None], values[None], -np.inf).max(axis=1)
+    rings = OneRings(mesh.edges, mesh.n_vertices)
+    np.testing.assert_array_equal(rings.largest(values), expected)
+    np.testing.assert_array_equal(rings.largest(values[:, 1]), expected[:, 1])

@@ -9,26 +9,29 @@ from geomhw.methods.fluid.scheme import Memory, VorticityScheme
 
 
 class FastScheme(VorticityScheme):
-    """dq/dt = -J_V B q and dc/dt by RK4: stable up to a Courant number of about 1.5, drift of order dt⁵."""
+    """dq/dt = -J_V B q and dc/dt by RK4: stable up to a Courant number of about 1.5, drift of order dt⁵.
+
+    What the filter takes is found at the start of a step, and taken evenly, at no cost in energy at any stage.
+    """
 
     def _advance(self, now: Memory, dt: float) -> tuple[Floats, Floats, Floats, sp.csr_array]:
-        q, c, psi, middle = now["q"], now["c"], now["psi"], None
+        model, q, c, psi = self.model, now["q"], now["c"], now["psi"]
+        middle = model.jacobian(psi, c)
+        loss = self._smoothed_away(q * model.inverse_areas, dt, middle) / dt
         dq, dc = np.zeros_like(q), np.zeros_like(c)
         total_q, total_c = np.zeros_like(q), np.zeros_like(c)
         for weight, reach in ((1 / 6, 0.0), (1 / 3, 0.5), (1 / 3, 0.5), (1 / 6, 1.0)):
             at_q, at_c = q + reach * dt * dq, c + reach * dt * dc
             if reach:
-                psi = self.model.stream_function(at_q, now["around"])
-            J = self.model.jacobian(psi, at_c)
-            w = self.model.vorticity(at_q)
-            dq = -(J @ w)
-            dc = self.model.harmonic_rate(w, self.model.velocity(psi, at_c)) if len(c) else dc
+                psi = model.stream_function(at_q, now["around"])
+            J = model.jacobian(psi, at_c) if reach else middle
+            w = model.vorticity(at_q)
+            dq = -(J @ w) - self._neutral(loss, psi)
+            dc = model.harmonic_rate(w, model.velocity(psi, at_c)) if len(c) else dc
             total_q += weight * dq
             total_c += weight * dc
             middle = J if reach == 0.5 else middle
         q, c = q + dt * total_q, c + dt * total_c
-        assert middle is not None
-        q = self._filtered(q, dt, J, psi)
         if not np.isfinite(q).all():
             raise ConvergenceError("the flow is no longer finite; take a shorter time step")
-        return q, self.model.stream_function(q, now["around"]), c, middle
+        return q, model.stream_function(q, now["around"]), c, middle

@@ -8,7 +8,7 @@ import scipy.sparse as sp
 from geomhw.errors import FieldError
 from geomhw.mesh.arrays import Floats, dot
 from geomhw.mesh.triangle_mesh import TriangleMesh
-from geomhw.methods.fluid.dye import carry_dye
+from geomhw.methods.fluid.dye import Dye
 from geomhw.methods.fluid.state import FlowState, Force
 from geomhw.methods.fluid.vorticity import VorticityModel
 
@@ -16,7 +16,7 @@ from geomhw.methods.fluid.vorticity import VorticityModel
 FILTER_RATE = 8.0
 #: The largest α dt of a part at which even the finest wave, K = 3/4, does not change sign; and how many parts at most.
 STABLE_DAMPING = 1.0
-FILTER_PARTS = 4
+FILTER_PARTS = 2
 
 Memory = dict[str, Floats]
 
@@ -34,6 +34,7 @@ class VorticityScheme:
             raise FieldError(f"the viscosity must be zero or a positive number, not {viscosity}")
         self.mesh = mesh
         self.model = VorticityModel(mesh)
+        self._dye = Dye(self.model)
         self._filter = filter
         self._viscosity = viscosity
         self._diffusion = lru_cache(maxsize=2)(self.model.diffusion)
@@ -64,9 +65,9 @@ class VorticityScheme:
         if self._viscosity:
             q = self._diffusion(self._viscosity * dt)(q) * model.areas
             psi = model.stream_function(q, memory["around"])
-        color = carry_dye(model.derivative(J), state.color, dt)
+        color = self._dye.carry(model.derivative(J), state.color, dt)
         past = {"psi_1": memory["psi"]}
-        past |= {f"psi_{k + 1}": memory[f"psi_{k}"] for k in (1, 2) if f"psi_{k}" in memory}
+        past |= {f"psi_{k + 1}": memory[f"psi_{k}"] for k in (1, 2, 3) if f"psi_{k}" in memory}
         return FlowState(
             state.step + 1, state.time + dt, color, {"q": q, "around": memory["around"], "c": c, "psi": psi, **past}
         )
@@ -82,19 +83,22 @@ class VorticityScheme:
         shifted = {name: psi + push for name, psi in memory.items() if name.startswith("psi")}
         return {"q": memory["q"] + q, "around": memory["around"] + around, "c": memory["c"] + c, **shifted}
 
-    def _filtered(self, q: Floats, dt: float, J: sp.csr_array, psi: Floats) -> Floats:
-        """q after the filter has worked for a step, at no cost in energy while ψ, of which J is, is the step's mean."""
+    def _smoothed_away(self, density: Floats, dt: float, J: sp.csr_array) -> Floats:
+        """What the filter takes in a step from q = M density, (n,), before energy is given back; it sums to zero."""
         model = self.model
         if not self._filter:
-            return q
+            return np.zeros_like(density)
         alpha = FILTER_RATE * model.rates(J)
         parts = int(np.clip(np.ceil(dt * alpha.max() / STABLE_DAMPING), 1, FILTER_PARTS))
         s = dt / parts
         alpha = np.minimum(alpha, STABLE_DAMPING / s)
-        lever = model.centered(model.areas * psi)
-        arm = dot(psi, lever)
+        left = density
         for _ in range(parts):
-            damping = model.roughness(model.vorticity(q), alpha)
-            gain = dot(psi, damping) / arm if arm else 0.0
-            q = q - s * (damping - gain * lever)
-        return q
+            left = left - s * model.roughness(model.sharpened(left), alpha)
+        return np.asarray(model.areas * (density - left))
+
+    def _neutral(self, dq: Floats, psi: Floats) -> Floats:
+        """dq and so much of M(ψ - mean) that no energy is lost where ψ is the mean of its step: ψᵀdq = 0."""
+        lever = self.model.centered(self.model.areas * psi)
+        arm = dot(psi, lever)
+        return dq - (dot(psi, dq) / arm) * lever if arm else dq

@@ -21,7 +21,7 @@ from geomhw.operators.laplacian import consistent_mass, lumped_mass, stiffness
 from geomhw.solvers.direct import DirectSolver
 from geomhw.solvers.exponential import SERIES_STEP, substeps
 
-#: Terms of the series M_c⁻¹ = M⁻¹ (I + K + K² + ...), K = I - M_c M⁻¹, that w = B q takes: lumped mass alone lets waves
+#: Terms of the series M_c⁻¹ = (I + R + R² + ...) M⁻¹, R = I - M⁻¹M_c, that w = B q takes: lumped mass alone lets waves
 #: lag; each term takes half of the lag away, or more.
 MASS_CORRECTIONS = 2
 
@@ -39,8 +39,9 @@ class VorticityModel:
         self.gradient = gradient(mesh)
         self._curl = (self.gradient.T * np.repeat(mesh.face_areas, 3)).tocsr()
         self.areas = mesh.vertex_areas
-        self._inverse = np.divide(1.0, self.areas, out=np.zeros_like(self.areas), where=self.areas > 0)
+        self.inverse_areas = np.divide(1.0, self.areas, out=np.zeros_like(self.areas), where=self.areas > 0)
         self.mass = consistent_mass(mesh)
+        self._rough = (sp.eye_array(mesh.n_vertices) - sp.diags_array(self.inverse_areas) @ self.mass).tocsr()
         self._poisson = LoopPoisson(mesh)
         self._on_loop = np.zeros(mesh.n_vertices, dtype=bool)
         self._on_loop[mesh.boundary_vertices] = True
@@ -66,7 +67,7 @@ class VorticityModel:
         around = np.zeros(self.n_unknowns)
         if self._on_loop.any():
             inside = np.where(self._on_loop, 0.0, 1.0)
-            ring = self.mass @ np.where(self._on_loop, 0.0, q * self._inverse)
+            ring = self.mass @ np.where(self._on_loop, 0.0, q * self.inverse_areas)
             weight = self.mass @ inside
             w = np.divide(ring, weight, out=np.zeros_like(ring), where=weight > 0)
             guess = np.where(self._on_loop, w * self.areas, q)
@@ -92,26 +93,27 @@ class VorticityModel:
 
     def vorticity(self, q: Floats) -> Floats:
         """w = B q, (n,), 1/time: the truncated series of M_c⁻¹, symmetric, without a solve."""
-        w = first = q * self._inverse
-        for _ in range(MASS_CORRECTIONS):
-            w = first + w - self._inverse * (self.mass @ w)
-        return w
+        return self.sharpened(self.inverse_areas * q)
+
+    def sharpened(self, density: Floats, corrections: int = MASS_CORRECTIONS) -> Floats:
+        """B M d, (n,) or (n, k), for a density d = M⁻¹q: d with the lag of the lumped mass made up for."""
+        w = density
+        for _ in range(corrections):
+            w = density + self._rough @ w
+        return np.asarray(w)
 
     def roughness(self, w: Floats, alpha: Floats) -> Floats:
-        """D w, (n,), with D = K M⁻¹ √α K √α M⁻¹ K, K = M - M_c: symmetric, semidefinite, summing to zero.
+        """M⁻¹D w, (n,), with D = K M⁻¹ √α K √α M⁻¹ K, K = M - M_c: D is symmetric, semidefinite, D 1 = 0.
 
         On a wave of length L it is about (h/L)⁶ of what it is on the finest.
         """
         root = np.sqrt(alpha)
-        x = root * (self._difference(w) * self._inverse)
-        return self._difference(root * self._difference(x) * self._inverse)
-
-    def _difference(self, w: Floats) -> Floats:
-        """K w, (n,): what the lumped mass has over the consistent one."""
-        return np.asarray(self.areas * w - self.mass @ w)
+        return np.asarray(self._rough @ (root * (self._rough @ (root * (self._rough @ w)))))
 
     def centered(self, q: Floats) -> Floats:
         """q less its mean density on each component, (n,), so that it sums to zero there."""
+        if self.mesh.n_components == 1:
+            return np.asarray(q - self.areas * (q.sum() / self.areas.sum()))
         labels = self.mesh.components
         totals, areas = np.bincount(labels, weights=q), np.bincount(labels, weights=self.areas)
         density = np.divide(totals, areas, out=np.zeros_like(totals), where=areas > 0)
@@ -119,14 +121,15 @@ class VorticityModel:
 
     def jacobian(self, psi: Floats, c: Floats) -> sp.csr_array:
         """J_V, (n, n), antisymmetric: row i is the integral of φ_i V·∇, weak; V as in `velocity`."""
-        data = (psi[self._ahead] - psi[self._behind]) / 6
+        sixth = psi / 6
+        data = sixth[self._ahead] - sixth[self._behind]
         if len(c):
             data += c @ self._harmonic_data
         return self._filled(data)
 
     def derivative(self, J: sp.csr_array) -> sp.csr_array:
         """D_V = M⁻¹J, (n, n), strong."""
-        return self._filled(J.data * self._inverse[self._rows])
+        return self._filled(J.data * self.inverse_areas[self._rows])
 
     def _filled(self, data: Floats) -> sp.csr_array:
         """The pattern with other values: index arrays are shared and not looked at again."""
@@ -146,7 +149,7 @@ class VorticityModel:
 
     def rates(self, J: sp.csr_array) -> Floats:
         """Absolute row sums of M⁻¹J, (n,), 1/time: some 1.5 |V|/h, how often the flow crosses an edge."""
-        rates = np.bincount(self._rows, np.abs(J.data), J.shape[0]) * self._inverse
+        rates = np.bincount(self._rows, np.abs(J.data), J.shape[0]) * self.inverse_areas
         if not np.isfinite(rates).all():
             raise ConvergenceError("the flow is no longer finite; take a shorter time step or a weaker force")
         return np.asarray(rates)
