@@ -83,7 +83,8 @@ def fluid(
 
     \b
     Arrays of a frame, per vertex: color, vorticity. Per face: velocity. Field data: time.
-    CSV: step, time, energy, enstrophy, circulation, divergence, courant, color_min, color_max.
+    CSV: step, time, energy, enstrophy, circulation, divergence, courant, color_min, color_max; harmonic_K, the
+    coefficients of the harmonic fields; loop_K, the circulation round boundary loops.
 
     \b
     Example: geomhw fluid moomoo.off --init rigid:y --force none --cfl 1 --until 6.283 --gif flow.gif

@@ -1,5 +1,6 @@
 """Incompressible flow: what each scheme keeps or loses, exact waves, boundaries, handles, restarts, refusals."""
 
+import re
 from itertools import pairwise
 
 import numpy as np
@@ -7,7 +8,7 @@ import pytest
 from conftest import crumpled, needs_reference, reference, zoo_mesh
 
 from geomhw.errors import ConvergenceError, FieldError, MeshError
-from geomhw.mesh.primitives import icosphere, moebius_band, torus
+from geomhw.mesh.primitives import cylinder_band, icosphere, moebius_band, torus
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.methods.flow_fields import blob, random_field, rigid_field, rotation_field
 from geomhw.methods.fluid import initial
@@ -239,6 +240,24 @@ def test_energy_everywhere(name: str) -> None:
         assert abs(drift) < 1e-12 * np.abs(start.memory["q"]).sum()
     if len(end.memory["c"]):
         assert np.abs(end.memory["c"] - start.memory["c"]).max() > 1e-6 * np.abs(start.memory["c"]).max()
+
+
+def test_coefficients_are_named() -> None:
+    """Rigid rotation of a cylinder: circulation round its ends 2πr², one against the other; a handle has two fields."""
+    band = cylinder_band(64, 8)
+    scheme = ConservativeScheme(band)
+    start = scheme.start(rigid_field(band, Z), np.zeros(band.n_vertices))
+    row = Gauges(scheme)(last(scheme, start, Plan(cfl=1.0, steps=3, every=3)), 1.0)
+    radius = np.linalg.norm(band.vertices[0, :2])
+    assert sorted(name for name in row if "_" in name and "color" not in name) == ["loop_0", "loop_1"]
+    np.testing.assert_allclose(sorted([row["loop_0"], row["loop_1"]]), np.array([-2, 2]) * np.pi * radius**2, rtol=0.01)
+    donut = FastScheme(zoo_mesh("torus"))
+    flow = donut.velocity(donut.start(random_field(donut.mesh, 1), np.zeros(donut.mesh.n_vertices)))
+    state = donut.start(flow + 2 * donut.model.harmonic[1], np.zeros(donut.mesh.n_vertices))
+    plain = Gauges(donut)(donut.start(flow, np.zeros(donut.mesh.n_vertices)), 1.0)
+    full = Gauges(donut)(state, 1.0)
+    assert full["harmonic_1"] - plain["harmonic_1"] == pytest.approx(2)
+    assert full["harmonic_0"] == pytest.approx(plain["harmonic_0"])
 
 
 @needs_reference
@@ -499,3 +518,21 @@ def test_steps_too_large_are_refused_not_nan(scheme: str) -> None:
     state = stepper.start(random_field(mesh, 1), mesh.vertices[:, 0])
     with pytest.raises(ConvergenceError, match="shorter"):
         stepper.step(state, 1e6, None)
+
+
+@pytest.mark.parametrize("name", ["sphere", "crumpled_torus"])
+@pytest.mark.parametrize("scheme", ["conservative", "fast"])
+def test_the_largest_courant_number_is_named(scheme: str, name: str) -> None:
+    """The refusal of a long step names a Courant number that runs, and whose double does not."""
+    mesh = zoo_mesh(name)
+    stepper = scheme_of(mesh, scheme)  # type: ignore[arg-type]
+    start = stepper.start(random_field(mesh, 1), np.zeros(mesh.n_vertices))
+    with pytest.raises(ConvergenceError, match="step 1 is too long") as refusal:
+        list(run(stepper, start, Plan(cfl=40.0, steps=1), None))
+    found = re.search(r"on this mesh is (\S+) \(dt (\S+)\)", str(refusal.value))
+    assert found
+    assert 0.2 < float(found[1]) < 20
+    for plan in (Plan(cfl=float(found[1]), steps=1), Plan(dt=float(found[2]), steps=1)):
+        assert len(list(run(stepper, start, plan, None))) == 2
+    with pytest.raises(ConvergenceError):
+        stepper.step(start, 2 * float(found[2]), None)

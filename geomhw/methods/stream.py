@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from geomhw.mesh.arrays import Floats
+from geomhw.mesh.arrays import Floats, Ints
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.operators.collapse import loop_collapse
 from geomhw.operators.laplacian import stiffness
@@ -24,6 +24,11 @@ class LoopPoisson:
     def n_unknowns(self) -> int:
         """One an inner vertex and one a boundary loop."""
         return len(self._components)
+
+    @property
+    def unknown_of(self) -> Ints:
+        """Which unknown each vertex has, (n,): those of one boundary loop share theirs."""
+        return self._E.indices
 
     def gathered(self, b: Floats) -> Floats:
         """The sum of b, (n,), over the vertices of each unknown, (k,)."""

@@ -6,11 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from geomhw.errors import FieldError
+from geomhw.errors import ConvergenceError, FieldError
 from geomhw.methods.fluid.state import FlowState, Force, Scheme
 
 #: A step is not cut to reach the end if it overshoots by less than this share of itself.
 SLACK = 1e-9
+#: So many steps are tried, at most, to find the longest that a scheme stands.
+LONGEST_SEARCH = 20
 
 
 @dataclass(frozen=True)
@@ -63,7 +65,10 @@ def run(scheme: Scheme, state: FlowState, plan: Plan, force: Force | None) -> It
         if plan.until is not None and state.time + dt > plan.until - SLACK * dt:
             cut = abs(plan.until - state.time - dt) > SLACK * dt
             dt = plan.until - state.time
-        state = scheme.step(state, dt, force)
+        try:
+            state = scheme.step(state, dt, force)
+        except ConvergenceError as error:
+            raise _too_long(scheme, state, dt, force) or error from error
         if state.step % plan.every == 0 and not cut:
             yield Moment(state, dt, True)
         elif _at_end(state, plan):
@@ -74,11 +79,45 @@ def step_length(scheme: Scheme, state: FlowState, plan: Plan) -> float:
     """dt as given, or that of the Courant number: C h / |V|max."""
     if plan.dt is not None:
         return plan.dt
-    speed = float(np.linalg.norm(scheme.velocity(state), axis=1).max())
-    if speed == 0:
+    rate = _courant_rate(scheme, state)
+    if rate == 0:
         raise FieldError("a flow at rest has no Courant number; give dt, or an initial velocity")
     assert plan.cfl is not None
-    return plan.cfl * scheme.mesh.mean_edge_length / speed
+    return plan.cfl / rate
+
+
+def _courant_rate(scheme: Scheme, state: FlowState) -> float:
+    """Courant number per time: |V|max / h."""
+    return float(np.linalg.norm(scheme.velocity(state), axis=1).max()) / scheme.mesh.mean_edge_length
+
+
+def _too_long(scheme: Scheme, state: FlowState, dt: float, force: Force | None) -> ConvergenceError | None:
+    """What to say of a step that failed: the largest that does not; None if even very short ones do."""
+    good, bad = 0.0, dt
+    for _ in range(LONGEST_SEARCH):
+        middle = bad / 2 if not good else (good + bad) / 2
+        try:
+            scheme.step(state, middle, force)
+            good = middle
+        except ConvergenceError:
+            bad = middle
+        if good and bad - good < 0.05 * good:
+            break
+    if not good:
+        return None
+    rate = _courant_rate(scheme, state)
+    return ConvergenceError(
+        f"step {state.step + 1} is too long for the scheme, at a Courant number of {dt * rate:.3g} (dt {dt:.3g}); "
+        f"the largest for this flow on this mesh is {_rounded_down(good * rate)} (dt {_rounded_down(good)})"
+    )
+
+
+def _rounded_down(value: float) -> str:
+    """Two digits that are no more than the value."""
+    if value == 0:
+        return "0"
+    unit = 10.0 ** (math.floor(math.log10(value)) - 1)
+    return f"{math.floor(value / unit) * unit:.2g}"
 
 
 def _at_end(state: FlowState, plan: Plan) -> bool:

@@ -56,6 +56,12 @@ class VorticityScheme:
         """B q, (n,)."""
         return self.model.vorticity(state.memory["q"])
 
+    def coefficients(self, state: FlowState) -> dict[str, float]:
+        """c_k of the harmonic fields, harmonic_k, and the circulation round boundary loops, loop_k; length²/time."""
+        loops = state.memory["around"][self.model.loops]
+        named = {"harmonic": state.memory["c"], "loop": loops}
+        return {f"{name}_{k}": float(value) for name, values in named.items() for k, value in enumerate(values)}
+
     def step(self, state: FlowState, dt: float, force: Force | None) -> FlowState:
         """One step of dt; ConvergenceError where it is too long for the scheme."""
         model, memory = self.model, dict(state.memory)

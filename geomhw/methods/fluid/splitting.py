@@ -66,6 +66,10 @@ class SplittingScheme:
         q = self._curl @ np.cross(self.mesh.face_normals, self.velocity(state)).ravel()
         return np.divide(q, areas, out=np.zeros_like(q), where=areas > 0)
 
+    def coefficients(self, state: FlowState) -> dict[str, float]:
+        """None: the scheme knows a velocity and no more."""
+        return {}
+
     def _advected(self, D: sp.csr_array, velocity: Floats, dt: float) -> Floats:
         """Velocity carried along itself, component by component, and made tangential again."""
         at_vertices = self._P @ velocity

@@ -31,7 +31,7 @@ class FlowState:
 
 
 class Scheme(Protocol):
-    """A way to step a flow: another one stands beside it by offering the same four calls."""
+    """A way to step a flow: another one stands beside it by offering the same calls."""
 
     mesh: TriangleMesh
 
@@ -47,6 +47,9 @@ class Scheme(Protocol):
     def vorticity(self, state: FlowState) -> Floats:
         """Vorticity at vertices, (n,), 1/time, counterclockwise positive."""
 
+    def coefficients(self, state: FlowState) -> Mapping[str, float]:
+        """What else the scheme knows of the flow as a whole, by the names of its columns."""
+
 
 class Gauges:
     """Measures states of one mesh: what a flow should keep, and how far it strays."""
@@ -60,7 +63,8 @@ class Gauges:
     def __call__(self, state: FlowState, dt: float) -> dict[str, float]:
         """Step, time, energy ½∫|V|², enstrophy ½∫w², circulation ∫w, relative divergence, Courant number dt |V|max / h.
 
-        The relative divergence is the largest |Div V| over the largest that fields of these lengths could have.
+        The relative divergence is the largest |Div V| over the largest that fields of these lengths could have. After
+        these, the scheme's own coefficients.
         """
         V, vorticity, areas = self._scheme.velocity(state), self._scheme.vorticity(state), self._mesh.vertex_areas
         speed = np.linalg.norm(V, axis=1).max()
@@ -75,6 +79,7 @@ class Gauges:
             "courant": float(dt * speed / self._mesh.mean_edge_length),
             "color_min": float(state.color.min()),
             "color_max": float(state.color.max()),
+            **self._scheme.coefficients(state),
         }
 
 

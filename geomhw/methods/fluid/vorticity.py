@@ -45,6 +45,7 @@ class VorticityModel:
         self._poisson = LoopPoisson(mesh)
         self._on_loop = np.zeros(mesh.n_vertices, dtype=bool)
         self._on_loop[mesh.boundary_vertices] = True
+        self.loops = np.unique(self._poisson.unknown_of[mesh.boundary_vertices])
         self.harmonic = harmonic_basis(mesh, self._poisson)
         self._derivative = DirectionalDerivative(mesh)
         self._harmonic_data = np.array([self._derivative.weak(h).data for h in self.harmonic])
@@ -103,7 +104,7 @@ class VorticityModel:
         return np.asarray(w)
 
     def roughness(self, w: Floats, alpha: Floats) -> Floats:
-        """M⁻¹D w, (n,), with D = K M⁻¹ √α K √α M⁻¹ K, K = M - M_c: D is symmetric, semidefinite, D 1 = 0.
+        """M⁻¹D w, (n,) or (n, k), with D = K M⁻¹ √α K √α M⁻¹ K, K = M - M_c: D is symmetric, semidefinite, D 1 = 0.
 
         On a wave of length L it is about (h/L)⁶ of what it is on the finest.
         """
