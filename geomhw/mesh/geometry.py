@@ -53,3 +53,21 @@ def unit(vectors: Floats) -> Floats:
     scaled = np.divide(vectors, largest, out=np.zeros_like(vectors), where=largest > 0)
     length = np.linalg.norm(scaled, axis=-1, keepdims=True)
     return np.divide(scaled, length, out=scaled, where=length > 0)
+
+
+def heron_areas(lengths: Floats) -> Floats:
+    """Areas, (k,), of triangles of those side lengths, (k, 3), right for needles too; 0 where they do not close.
+
+    The order of the operations is what makes it accurate [Kahan, Miscalculating Area and Angles of a Needle-like
+    Triangle, 2014, sec. 2].
+    """
+    c, b, a = np.sort(lengths, axis=1).T
+    product = (a + (b + c)) * (c - (a - b)) * (c + (a - b)) * (a + (b - c))
+    return np.asarray(np.sqrt(np.maximum(product, 0.0)) / 4)
+
+
+def apex(base: Floats, left: Floats, right: Floats) -> tuple[Floats, Floats]:
+    """Where two sides meet above a base on the x axis from 0, the left one ending at 0: x and y ≥ 0, (k,) each."""
+    x = base / 2 + (left - right) * (left + right) / (2 * base)
+    y = 2 * heron_areas(np.stack([base, left, right], axis=1)) / base
+    return x, y

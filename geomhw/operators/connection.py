@@ -7,22 +7,26 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from geomhw.errors import FieldError, MeshError
-from geomhw.mesh.arrays import Floats
+from geomhw.mesh.arrays import Floats, Ints
 from geomhw.mesh.fans import edge_directions
 from geomhw.mesh.geometry import unit
+from geomhw.mesh.intrinsic import IntrinsicMesh
+from geomhw.mesh.polyhedral import PolyhedralSurface
 from geomhw.mesh.triangle_mesh import TriangleMesh
 
 Connection = Literal["normals", "intrinsic"]
 Complexes = NDArray[np.complex128]
 
 
-def edge_rotations(mesh: TriangleMesh) -> Floats:
+def edge_rotations(mesh: TriangleMesh, edges: Ints | None = None) -> Floats:
     """Smallest rotation R_ij from the unit normal at i to that at j, for each edge (i, j), i < j, (e, 3, 3).
+
+    edges: (e, 2) pairs of vertices, by default the edges of the mesh.
 
     It is two half turns, about n_i and about the normal half-way; between opposite normals, where every half-way is as
     near, the one along the edge. MeshError where a vertex of a face has no normal.
     """
-    i, j = mesh.edges.T
+    i, j = (mesh.edges if edges is None else edges).T
     ni, nj = mesh.vertex_normals[i], mesh.vertex_normals[j]
     if (missing := ~(ni.any(axis=1) & nj.any(axis=1))).any():
         bad = int(i[missing][0] if not ni[missing][0].any() else j[missing][0])
@@ -54,36 +58,45 @@ def connection_stiffness(mesh: TriangleMesh) -> sp.csr_array:
     return (off + sp.diags_array(np.repeat(_weight_sums(mesh), 3))).tocsr()
 
 
-def edge_transport(mesh: TriangleMesh, connection: Connection = "normals") -> Complexes:
+def edge_transport(
+    mesh: TriangleMesh, connection: Connection = "normals", surface: IntrinsicMesh | None = None
+) -> Complexes:
     """Unit complex number r_ij that brings a tangent vector from j to i, in ``tangent_frames``, for each edge, (e,).
 
     normals: the smallest rotation between vertex normals. intrinsic: Levi-Civita with angles stretched to a full turn
-    [TVHM, sec. 5.2]. The way back is the conjugate. FieldError for another name.
+    [TVHM, sec. 5.2]. The way back is the conjugate. surface: another triangulation of the mesh, whose edges are meant
+    instead; it does not know at which angles they leave, so only ``normals`` will do. FieldError for another name.
     """
+    if connection == "intrinsic" and surface:
+        raise FieldError("a robust triangulation has no intrinsic connection; use the connection of normals")
     if connection == "intrinsic":
         low, high = edge_directions(mesh)
         return np.asarray(np.exp(1j * (low + np.pi - high)))
     if connection != "normals":
         raise FieldError(f"there is no connection '{connection}'; choose from {', '.join(get_args(Connection))}")
-    i, j = mesh.edges.T
+    edges = surface.edges if surface else mesh.edges
+    i, j = edges.T
     e1, e2 = mesh.tangent_frames.transpose(1, 0, 2)
-    brought = np.einsum("eyx,ey->ex", edge_rotations(mesh), e1[j])  # Rᵀ, from j to i
+    brought = np.einsum("eyx,ey->ex", edge_rotations(mesh, edges), e1[j])  # Rᵀ, from j to i
     r = np.einsum("ex,ex->e", brought, e1[i]) + 1j * np.einsum("ex,ex->e", brought, e2[i])
     return np.asarray(r / np.abs(r))
 
 
-def complex_connection_stiffness(mesh: TriangleMesh, connection: Connection = "normals") -> sp.csr_array:
+def complex_connection_stiffness(
+    mesh: TriangleMesh, connection: Connection = "normals", surface: IntrinsicMesh | None = None
+) -> sp.csr_array:
     """Connection stiffness on tangent vectors as complex numbers in ``tangent_frames``, (n, n), Hermitian, weak.
 
     K_ii = Σ_j w_ij, K_ij = -w_ij r_ij. For the connection of normals it acts on tangent fields as
-    `connection_stiffness` does, with a ninth of the entries.
+    `connection_stiffness` does, with a ninth of the entries. surface: as in `edge_transport`.
     """
-    i, j = mesh.edges.T
-    r = -mesh.edge_cotan_weights * edge_transport(mesh, connection)
+    domain = surface or mesh
+    i, j = domain.edges.T
+    r = -domain.edge_cotan_weights * edge_transport(mesh, connection, surface)
     rows, columns = np.concatenate([i, j]), np.concatenate([j, i])
     shape = (mesh.n_vertices, mesh.n_vertices)
     off = sp.coo_array((np.concatenate([r, r.conj()]), (rows, columns)), shape=shape)
-    return (off + sp.diags_array(_weight_sums(mesh))).tocsr()
+    return (off + sp.diags_array(_weight_sums(domain))).tocsr()
 
 
 def to_complex(mesh: TriangleMesh, vectors: Floats) -> Complexes:
@@ -98,7 +111,7 @@ def from_complex(mesh: TriangleMesh, z: Complexes) -> Floats:
     return np.asarray(z.real[:, None] * frames[:, 0] + z.imag[:, None] * frames[:, 1])
 
 
-def _weight_sums(mesh: TriangleMesh) -> Floats:
+def _weight_sums(mesh: PolyhedralSurface) -> Floats:
     ends = mesh.edges.ravel()
     return np.asarray(np.bincount(ends, np.repeat(mesh.edge_cotan_weights, 2), mesh.n_vertices), dtype=float)
 

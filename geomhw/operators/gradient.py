@@ -4,23 +4,27 @@ import numpy as np
 import scipy.sparse as sp
 
 from geomhw.mesh.arrays import Floats
-from geomhw.mesh.triangle_mesh import TriangleMesh
+from geomhw.mesh.polyhedral import PolyhedralSurface
 
 
-def hat_gradients(mesh: TriangleMesh) -> Floats:
+def hat_gradients(mesh: PolyhedralSurface, zero_without_area: bool = False) -> Floats:
     """Gradient of each corner's hat function, (m, 3, 3), units 1/length: ``[f, k]`` is n x e_k / 2A on face f.
 
-    MeshError if a face has no area.
+    In the axes of ``opposite_edges``: the world's for a `TriangleMesh`, the face's own for an `IntrinsicMesh`. A face
+    without area has none: MeshError, or zero if that is asked for.
     """
-    mesh.require_area()
+    if not zero_without_area:
+        mesh.require_area()
+    doubled_areas = 2 * mesh.face_areas
+    doubled_areas[mesh.degenerate_faces] = np.inf
     turned = np.cross(mesh.face_normals[:, None, :], mesh.opposite_edges)
-    return np.asarray(turned / (2 * mesh.face_areas[:, None, None]))
+    return np.asarray(turned / doubled_areas[:, None, None])
 
 
-def gradient(mesh: TriangleMesh) -> sp.csr_array:
+def gradient(mesh: PolyhedralSurface) -> sp.csr_array:
     """Piecewise-linear gradient, (3m, n), units 1/length [GIH, sec. 3.2.1].
 
-    Row 3f+k is component k, in world axes, on face f: ``(G @ u).reshape(-1, 3)`` is per face.
+    Row 3f+k is component k, in the axes of `hat_gradients`, on face f: ``(G @ u).reshape(-1, 3)`` is per face.
     """
     m = mesh.n_faces
     values = hat_gradients(mesh).transpose(0, 2, 1)
@@ -29,10 +33,10 @@ def gradient(mesh: TriangleMesh) -> sp.csr_array:
     return sp.csr_array((values.ravel(), columns.ravel(), starts), shape=(3 * m, mesh.n_vertices))
 
 
-def divergence(mesh: TriangleMesh) -> sp.csr_array:
+def divergence(mesh: PolyhedralSurface) -> sp.csr_array:
     """Integrated (weak) divergence of a face field, (n, 3m), units length [GIH, sec. 3.2.1].
 
     Div = -GᵀA: row i is minus the integral of ∇φ_i · X, positive where the field spreads, with no flux through a
     boundary. ``Div @ G == -stiffness``. Divide by ``mesh.vertex_areas`` for the pointwise divergence.
     """
-    return (gradient(mesh).T * -np.repeat(mesh.face_areas, 3)).tocsr()
+    return (gradient(mesh).T * -np.repeat(mesh.face_areas / mesh.sheets, 3)).tocsr()

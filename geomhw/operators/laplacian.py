@@ -5,10 +5,10 @@ import scipy.sparse as sp
 
 from geomhw.mesh.arrays import Floats, Ints
 from geomhw.mesh.geometry import corner_sum
-from geomhw.mesh.triangle_mesh import TriangleMesh
+from geomhw.mesh.polyhedral import PolyhedralSurface
 
 
-def stiffness(mesh: TriangleMesh) -> sp.csr_array:
+def stiffness(mesh: PolyhedralSurface) -> sp.csr_array:
     """Cotan stiffness S, (n, n), dimensionless, weak, symmetric positive semidefinite [GIH, sec. 3.2.1].
 
     S_ij = -½(cot α + cot β), rows sum to zero: uᵀSu is the Dirichlet energy, the integral of |∇u|². S approximates -Δ
@@ -18,15 +18,15 @@ def stiffness(mesh: TriangleMesh) -> sp.csr_array:
     return _symmetric(-mesh.edge_cotan_weights, i, j, mesh.n_vertices, zero_row_sums=True)
 
 
-def lumped_mass(mesh: TriangleMesh) -> sp.csr_array:
+def lumped_mass(mesh: PolyhedralSurface) -> sp.csr_array:
     """Lumped mass M, (n, n) diagonal, units length²: the barycentric area of each vertex."""
     return sp.diags_array(mesh.vertex_areas, format="csr")
 
 
-def consistent_mass(mesh: TriangleMesh) -> sp.csr_array:
+def consistent_mass(mesh: PolyhedralSurface) -> sp.csr_array:
     """Galerkin mass, (n, n), units length², symmetric positive definite: entries are the integrals of φ_i φ_j."""
     i, j = mesh.edges.T
-    off_diagonal = corner_sum(mesh.face_areas / 12, mesh.edge_table.of_faces, mesh.n_edges)
+    off_diagonal = corner_sum(mesh.face_areas / (12 * mesh.sheets), mesh.edge_table.of_faces, mesh.n_edges)
     diagonal = mesh.vertex_areas / 2
     return _symmetric(off_diagonal, i, j, mesh.n_vertices) + sp.diags_array(diagonal, format="csr")
 

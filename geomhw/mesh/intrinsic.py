@@ -1,0 +1,80 @@
+"""A surface known by the lengths of its edges alone, and the least lengthening that gives every face an area."""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from geomhw.mesh import geometry
+from geomhw.mesh.arrays import Floats, Ints, frozen
+from geomhw.mesh.polyhedral import PolyhedralSurface
+from geomhw.mesh.topology import Edges
+
+#: Least excess of two sides of a face over the third, in mean edge lengths [Sharp, Crane 2020, sec. 4.5].
+LEAST_EXCESS = 1e-5
+
+
+@dataclass(frozen=True, eq=False)
+class IntrinsicMesh(PolyhedralSurface):
+    """Flat triangles glued along edges of given length, a Δ-complex: two edges may join the same vertices, or one
+    vertex to itself, and a face may be glued to itself.
+
+    vertex_count: n. faces: (m, 3) vertex indices. gluing: which edges the faces share; its order is free. lengths:
+    (e,), positive. sheets: 2 where the faces are both sides of a mesh. Each face is laid out in a plane of its own,
+    z = 0, with the edge opposite its first corner along x.
+    """
+
+    vertex_count: int
+    faces: Ints
+    gluing: Edges
+    lengths: Floats
+    sheets: int = 1
+
+    @classmethod
+    def of(cls, surface: PolyhedralSurface) -> "IntrinsicMesh":
+        """The same surface without its place in space."""
+        return cls(surface.n_vertices, surface.faces, surface.edge_table, surface.edge_lengths, surface.sheets)
+
+    @property
+    def n_vertices(self) -> int:
+        """Number of vertices n."""
+        return self.vertex_count
+
+    @property
+    def edge_table(self) -> Edges:
+        """Edges with their incidence to faces."""
+        return self.gluing
+
+    @property
+    def edge_lengths(self) -> Floats:
+        """Lengths of ``edges``, (e,)."""
+        return self.lengths
+
+    @cached_property
+    def opposite_edges(self) -> Floats:
+        """Edge vectors, (m, 3, 3): ``[f, k]`` runs from corner k+1 to corner k+2 of face f, as laid out; z is zero."""
+        base, right, left = self.lengths[self.gluing.of_faces].T
+        x, y = geometry.apex(base, left, right)
+        corners = np.zeros((self.n_faces, 3, 3))
+        corners[:, 0, 0], corners[:, 0, 1], corners[:, 2, 0] = x, y, base
+        return frozen(np.roll(corners, -2, axis=1) - np.roll(corners, -1, axis=1))
+
+    @cached_property
+    def degenerate_faces(self) -> Ints:
+        """Faces whose sides do not close to a triangle with an area, as far as rounding can tell, ascending."""
+        lost = geometry.ROUNDING_UNITS * np.finfo(float).eps * self.lengths[self.gluing.of_faces].max(axis=1) ** 2
+        return frozen(np.flatnonzero(2 * self.face_areas <= lost))
+
+
+def mollified(surface: IntrinsicMesh) -> tuple[IntrinsicMesh, float]:
+    """The surface with ε added to every length, and ε: the least for which two sides of a face exceed the third by
+    1e-5 h [Sharp, Crane 2020, sec. 4.5]. Where they do already, ε is 0 and nothing changes.
+
+    Sharp, Crane: A Laplacian for Nonmanifold Triangle Meshes. Computer Graphics Forum 39(5), 2020.
+    """
+    sides = surface.lengths[surface.gluing.of_faces]
+    excess = float((sides.sum(axis=1) - 2 * sides.max(axis=1)).min())
+    growth = max(0.0, LEAST_EXCESS * surface.mean_edge_length - excess)
+    if growth == 0:
+        return surface, 0.0
+    return replace(surface, lengths=frozen(surface.lengths + growth)), growth
