@@ -5,13 +5,14 @@ from pathlib import Path
 import click
 
 from geomhw_cli import options
-from geomhw_cli.job import Job
+from geomhw_cli.job import Job, robust_line
 
 
 @click.command(no_args_is_help=True)
 @options.mesh_argument
 @options.source_option
 @options.time_option
+@options.robust_option
 @options.output_option
 @options.png_option
 @options.no_png_option
@@ -21,6 +22,7 @@ def geodesic(
     mesh_path: Path,
     sources: tuple[int, ...],
     time: str,
+    robust: bool,
     outputs: tuple[Path, ...],
     png: Path | None,
     no_png: bool,
@@ -36,6 +38,9 @@ def geodesic(
     Arrays, per vertex: heat, divergence, distance (inf where no source can be reached).
     Arrays, per face:   heat_gradient, direction (-grad u / |grad u|).
 
+    With --robust, values at vertices are those of the intrinsic Delaunay triangulation; those on faces are taken from
+    u on the faces of MESH, and are zero where these have no area.
+
     \b
     Example: geomhw geodesic moomoo.off --source 0 -o moomoo.vtp --png moomoo.png
     """
@@ -46,7 +51,7 @@ def geodesic(
     job = Job.plan("geodesic", mesh_path, outputs=outputs, png=png, no_png=no_png, as_json=as_json, quiet=quiet)
     mesh = job.read()
     with job.stage("compute"):
-        result = HeatDistance(mesh, time).from_vertices(sources or [default_source(mesh)])
+        result = HeatDistance(mesh, time, robust).from_vertices(sources or [default_source(mesh)])
     job.write(result, geodesic_picture)
     report = result.report
     farthest, t = report["farthest"], report["time"]
@@ -55,6 +60,8 @@ def geodesic(
         f"time: t = {t['t']:.6g} ({t['reason']})",
         f"farthest: vertex {farthest['vertex']} at {farthest['distance']:.10g}",
     ]
+    if robust:
+        lines.append(robust_line(report["robust"]))
     if unreached := report["unreachable_vertices"]:
         lines.append(f"warning: {unreached} vertices lie on components without a source; their distance is inf")
     job.finish(mesh, result.report, lines)

@@ -115,6 +115,16 @@ class Job:
                 click.echo(f"{'wrote':<{width}}{path}")
 
 
+def robust_line(done: dict[str, Any]) -> str:
+    """What --robust did, in one line."""
+    parts = [f"edge flips {done['edge_flips']}, rounds {done['flip_rounds']}"]
+    if done["sheets"] == 2:
+        parts.append("both sides of the mesh")
+    if done["mollification"]:
+        parts.append(f"lengths + {done['mollification']:.3g}")
+    return f"robust: {', '.join(parts)}, h = {done['mean_edge_length']:.6g}"
+
+
 def mesh_line(mesh: dict[str, Any]) -> str:
     """Sizes and topology in one line."""
     parts = [f"{mesh['vertices']} vertices", f"{mesh['faces']} faces"]

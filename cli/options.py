@@ -26,6 +26,13 @@ time_option = click.option(
     "auto is sqrt-h (h the mean edge length) where that is a short time, else h2.",
 )
 
+robust_option = click.option(
+    "--robust",
+    is_flag=True,
+    help="Compute on the intrinsic Delaunay triangulation: for slivers, faces without area, edges of three or more "
+    "faces.",
+)
+
 output_option = click.option(
     "-o",
     "--output",

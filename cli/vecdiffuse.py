@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from geomhw_cli import options
-from geomhw_cli.job import Job
+from geomhw_cli.job import Job, robust_line
 
 if TYPE_CHECKING:
     from geomhw.mesh.arrays import Floats
@@ -58,6 +58,7 @@ if TYPE_CHECKING:
     help="Transport along an edge: the smallest rotation between vertex normals, or Levi-Civita with angles round "
     "each vertex stretched to a full turn.",
 )
+@options.robust_option
 @options.output_option
 @options.png_option
 @options.no_png_option
@@ -71,6 +72,7 @@ def vecdiffuse(
     seeds: tuple[int, ...],
     times: tuple[str, ...],
     connection: str,
+    robust: bool,
     outputs: tuple[Path, ...],
     png: Path | None,
     no_png: bool,
@@ -95,16 +97,20 @@ def vecdiffuse(
 
     if sum(map(bool, (vectors, angles, seeds))) > 1:
         raise click.UsageError("--vector, --angle and --seed exclude each other.")
+    if robust and connection == "intrinsic":
+        raise click.UsageError("--robust and --connection intrinsic exclude each other; normals go with both.")
     job = Job.plan("vecdiffuse", mesh_path, outputs=outputs, png=png, no_png=no_png, as_json=as_json, quiet=quiet)
     mesh = job.read()
     where = sources or (default_source(mesh),)
     with job.stage("compute"):
         start = _vectors(mesh, where, vectors, angles, seeds)
-        result = transport_over_times(mesh, where, start, times or ("auto",), connection)  # type: ignore[arg-type]
+        result = transport_over_times(mesh, where, start, times or ("auto",), connection, robust)  # type: ignore[arg-type]
     job.write(result, transport_picture)
     report = result.report
     lines = [f"source: {', '.join(map(str, report['sources']))}"]
     lines += [f"dt: {step['t']:.6g} ({step['reason']})" for step in report["times"]]
+    if robust:
+        lines.append(robust_line(report["robust"]))
     if unreached := report["unreachable_vertices"]:
         lines.append(f"warning: {unreached} vertices lie on components without a source; their vectors are 0")
     job.finish(mesh, result.report, lines)

@@ -41,6 +41,36 @@ def annulus() -> TriangleMesh:
     return TriangleMesh(square.vertices, square.faces[~inside])
 
 
+def sheared(cells: int = 12, shear: float = 20.0) -> TriangleMesh:
+    """A flat parallelogram of slivers."""
+    square = grid(cells, cells)
+    return TriangleMesh(square.vertices + shear * square.vertices[:, [1, 2, 2]], square.faces)
+
+
+def book(pages: int = 3, cells: int = 6) -> TriangleMesh:
+    """Square pages that share a spine, the z axis; page p takes the vertices after those of page p-1 but the spine."""
+    square = grid(cells, cells)
+    x, z = square.vertices[:, 0], square.vertices[:, 1]
+    angle = 2 * np.pi * np.arange(pages)[:, None] / pages
+    points = np.stack([np.cos(angle) * x, np.sin(angle) * x, np.broadcast_to(z, (pages, len(z)))], axis=2)
+    every = np.arange(pages * len(x)).reshape(pages, -1)
+    every[:, x == 0] = every[0, x == 0]
+    faces = every[:, square.faces].reshape(-1, 3)
+    used, names = np.unique(faces, return_inverse=True)
+    return TriangleMesh(points.reshape(-1, 3)[used], names.reshape(-1, 3))
+
+
+def split_diagonals(cells: int = 16) -> TriangleMesh:
+    """A flat unit square whose diagonals have a vertex in the middle on one side only: a face without area in each."""
+    square = grid(cells, cells, diagonal="uniform")
+    below, above = square.faces[::2], square.faces[1::2]
+    a, c, d = above.T
+    m = square.n_vertices + np.arange(len(above))
+    faces = [below, np.stack([a, m, d], axis=1), np.stack([m, c, d], axis=1), np.stack([a, c, m], axis=1)]
+    middles = square.vertices[above[:, :2]].mean(axis=1)
+    return TriangleMesh(np.concatenate([square.vertices, middles]), np.concatenate(faces))
+
+
 ZOO: dict[str, Callable[[], TriangleMesh]] = {
     "triangle": lambda: TriangleMesh([[0, 0, 0], [1, 0, 0], [0.3, 1, 0]], [[0, 1, 2]]),
     "tetrahedron": lambda: TriangleMesh(

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import CliRunner, Result
-from conftest import needs_reference, reference, zoo_mesh
+from conftest import needs_reference, reference, split_diagonals, zoo_mesh
 
 from geomhw.io import read, write
 from geomhw.mesh.primitives import icosphere
@@ -144,6 +144,22 @@ def test_unreferenced_vertex_is_computed_on() -> None:
     distance = read("ball.geodesic.vtk")["distance"]
     assert len(distance) == 43
     assert np.flatnonzero(np.isinf(distance)).tolist() == [5]
+
+
+def test_geodesic_robust() -> None:
+    """--robust takes a mesh with faces without area and reports flips, rounds and mollification, in words and JSON."""
+    save_off(split_diagonals(8))
+    refused = run("geodesic", "ball.off")
+    assert refused.exit_code == 1
+    assert "--robust" in refused.stderr
+    report = json.loads(run("geodesic", "ball.off", "--robust", "-o", "a.vtk", "--json").stdout)["robust"]
+    assert set(report) == {"edge_flips", "flip_rounds", "sheets", "mollification", "mean_edge_length"}
+    assert report["edge_flips"] >= 2 * 64
+    assert report["mollification"] > 0
+    assert np.isfinite(read("a.vtk")["distance"]).all()
+    words = run("geodesic", "ball.off", "--robust").stdout
+    assert f"edge flips {report['edge_flips']}, rounds {report['flip_rounds']}, both sides of the mesh" in words
+    assert "robust" not in json.loads(run("geodesic", str(save_off(icosphere(1), "b.off")), "--json").stdout)
 
 
 GOOD = "OFF\n4 4 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n"

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import scipy.io
 import scipy.sparse as sp
-from conftest import zoo_mesh
+from conftest import split_diagonals, zoo_mesh
 from test_commands import run, save_off
 
 from geomhw.io import read
@@ -204,6 +204,7 @@ TWICE = ["--source", "4", "--source", "4"]
         (["--seed", "-1"], 2, "--seed"),
         (["--vector", "1", "0", "0", "--angle", "3"], 2, "exclude"),
         (["--angle", "3", "--seed", "3"], 2, "exclude"),
+        (["--robust", "--connection", "intrinsic"], 2, "exclude"),
         (["--source", "1", "--source", "2", "--source", "3", *["--vector", "1", "0", "0"] * 2], 2, "2 times for 3"),
         (["-o", "ball.off"], 1, "'.off'"),
     ],
@@ -218,6 +219,18 @@ def test_vecdiffuse_refusals(arguments: list[str], code: int, words: str, folder
     assert len([line for line in usage if line and not line.startswith(("Usage", "Try"))]) == 0
     assert (usage == []) == (code == 1)
     assert files(folder) == ["ball.off"]
+
+
+def test_vecdiffuse_robust() -> None:
+    """--robust takes a mesh with faces without area, which is refused otherwise, and says what it did."""
+    save_off(split_diagonals(4), "flat.off")
+    refused = run("vecdiffuse", "flat.off")
+    assert refused.exit_code == 1
+    assert "--robust" in refused.stderr
+    answer = run("vecdiffuse", "flat.off", "--robust", "--vector", "1", "2", "0", "-o", "a.vtp", "--json")
+    report = json.loads(answer.stdout)
+    assert report["robust"]["sheets"] == 2
+    np.testing.assert_allclose(read("a.vtp")["transported"], np.broadcast_to([1, 2, 0], (41, 3)), atol=1e-12)
 
 
 # -- operators ---------------------------------------------------------------------------------------------------

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import needs_reference, reference, zoo_mesh
+from conftest import book, needs_reference, reference, sheared, split_diagonals, zoo_mesh
 
 from geomhw.errors import FieldError, MeshError
 from geomhw.mesh.distances import edge_path_distance
@@ -230,8 +230,117 @@ def test_source_refusals(sources: list[int], words: str) -> None:
 def test_zero_area_is_refused() -> None:
     """A face without area is named before anything is computed."""
     flat = TriangleMesh([[0, 0, 0], [1, 0, 0], [2, 0, 0], [0, 1, 0]], [[0, 1, 3], [0, 1, 2]])
-    with pytest.raises(MeshError, match=r"face 1 .*zero area"):
+    with pytest.raises(MeshError, match=r"face 1 .*zero area; collapse .* --robust"):
         HeatDistance(flat)
+    assert np.isfinite(heat_distance(flat, [0], robust=True)).all()
+
+
+def test_robust_on_a_delaunay_mesh() -> None:
+    """Where there is nothing to flip nor to mend, --robust changes rounding only."""
+    mesh = icosphere(4)
+    plain, robust = HeatDistance(mesh, "h2"), HeatDistance(mesh, "h2", robust=True)
+    for sources in ([3], [3, 900]):
+        one, other = plain.from_vertices(sources), robust.from_vertices(sources)
+        for field in one.fields:
+            size = np.abs(field.values).max()
+            np.testing.assert_allclose(other[field.name], field.values, rtol=0, atol=1e-10 * size)
+
+
+def flat_error(mesh: TriangleMesh, exact: np.ndarray, source: int, robust: bool) -> float:
+    """Mean relative error in %, at t = h²."""
+    distance = heat_distance(mesh, [source], "h2", robust=robust)
+    others = np.arange(mesh.n_vertices) != source
+    return 100 * float(np.mean(np.abs(distance - exact)[others] / exact[others]))
+
+
+def test_robust_on_slivers() -> None:
+    """On a flat parallelogram sheared by 20 the plain method fails altogether; the robust one gives |x - y|."""
+    mesh = sheared(24, 20.0)
+    for source in (0, 312, 400):
+        exact = np.linalg.norm(mesh.vertices - mesh.vertices[source], axis=1)
+        assert flat_error(mesh, exact, source, robust=True) < 1.5
+        assert flat_error(mesh, exact, source, robust=False) > 20
+
+
+def test_robust_where_faces_have_no_area() -> None:
+    """Faces without area do no harm: distances are as good as without them; face fields are zero there."""
+    mesh, clean = split_diagonals(), grid(16, 16, diagonal="uniform")
+    assert mesh.degenerate_faces.size == 256
+    for source in (0, 150):
+        exact, reference_exact = (np.linalg.norm(m.vertices - m.vertices[source], axis=1) for m in (mesh, clean))
+        assert flat_error(mesh, exact, source, True) < 1.1 * flat_error(clean, reference_exact, source, False)
+    result = HeatDistance(mesh, robust=True).from_vertices([0])
+    for name in ("direction", "heat_gradient"):
+        assert np.isfinite(result[name]).all()
+        assert not result[name][mesh.degenerate_faces].any()
+    good = np.setdiff1d(np.arange(mesh.n_faces), mesh.degenerate_faces)
+    np.testing.assert_allclose(np.linalg.norm(result["direction"][good], axis=1), 1, rtol=1e-12)
+    assert result.report["robust"]["mollification"] == pytest.approx(1e-5 * mesh.mean_edge_length, rel=1e-6)
+
+
+def test_robust_where_three_pages_meet() -> None:
+    """On a book of flat pages the way from page to page is straight once the two are laid flat."""
+    mesh = book(3, 20)
+    across = np.hypot(*mesh.vertices[:, :2].T)
+    page = np.round(np.arctan2(mesh.vertices[:, 1], mesh.vertices[:, 0]) * 3 / (2 * np.pi)).astype(int) % 3
+    source = int(np.flatnonzero((page == 1) & np.isclose(across, 0.5))[3])
+    side = np.where(page == page[source], across, -across)
+    exact = np.hypot(side - across[source], mesh.vertices[:, 2] - mesh.vertices[source, 2])
+    assert flat_error(mesh, exact, source, robust=True) < 2.3  # two such pages as one flat grid: 2.24
+
+
+def test_robust_scales() -> None:
+    """Robust distances scale with the mesh, slivers, boundary and all."""
+    mesh = sheared(12, 3.0)
+    before = heat_distance(mesh, [3], "h2", robust=True)
+    scaled = heat_distance(TriangleMesh(mesh.vertices * 1e6, mesh.faces), [3], "h2", robust=True)
+    np.testing.assert_allclose(scaled, 1e6 * before, rtol=1e-6)
+
+
+def test_robust_has_no_underflow() -> None:
+    """Beyond the reach of doubles too, over both sides of a long strip of slivers."""
+    mesh = strip(3000)
+    slanted = TriangleMesh(mesh.vertices + 3 * mesh.vertices[:, [1, 2, 2]], mesh.faces)
+    distance = heat_distance(slanted, [0], "h2", robust=True)
+    exact = np.linalg.norm(slanted.vertices - slanted.vertices[0], axis=1)
+    far = exact > 100
+    np.testing.assert_allclose(distance[far], exact[far], rtol=0.01)
+
+
+@needs_reference
+@pytest.mark.parametrize(
+    "name",
+    [
+        "camelhead.off",
+        "fan3.obj",
+        "hourglass_ico.obj",
+        "lego.ply",
+        "moebius.obj",
+        "ogre.obj",
+        "platonic_shelf.obj",
+        "stanford-bunny.obj",
+        "tet.obj",
+        "triple_vierbein.obj",
+        "woody.obj",
+    ],
+)
+def test_robust_on_hostile_meshes(name: str) -> None:
+    """Heat is positive and distance finite wherever the source's piece goes, and zero only at the source."""
+    from geomhw.io import read_mesh
+
+    mesh = read_mesh(reference(f"meshes/hostile/{name}"))
+    source = int(mesh.faces[mesh.degenerate_faces[0] if mesh.degenerate_faces.size else 0, 0])
+    result = HeatDistance(mesh, "h2", robust=True).from_vertices([source])
+    near = mesh.components == mesh.components[source]
+    distance = result["distance"]
+    assert np.flatnonzero(distance <= 0).tolist() == [source]
+    np.testing.assert_array_equal(np.isfinite(distance), near)
+    assert (result["heat"][near] > 0).all()
+    # No shorter than the chord by more than the method errs, no longer than along edges.
+    chord = np.linalg.norm(mesh.vertices - mesh.vertices[source], axis=1)
+    path = edge_path_distance(mesh, np.array([source]))
+    assert (distance[near] < 1.2 * path[near] + mesh.mean_edge_length).all()
+    assert (distance[near] > 0.8 * chord[near] - mesh.mean_edge_length).all()
 
 
 def test_default_source_is_highest(tmp_path: Path) -> None:

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 import scipy.sparse as sp
-from conftest import ZOO, needs_reference, reference, zoo_mesh
+from conftest import ZOO, book, needs_reference, reference, sheared, zoo_mesh
 from scipy.spatial import Delaunay
 
 from geomhw.errors import ConvergenceError
@@ -27,25 +27,6 @@ def spiky() -> TriangleMesh:
     """A sphere whose vertices stand out at random: its Delaunay triangulation has edges from a vertex to itself."""
     ball = icosphere(3)
     return TriangleMesh(ball.vertices * np.random.default_rng(0).uniform(1, 2, (ball.n_vertices, 1)), ball.faces)
-
-
-def sheared(cells: int = 12, shear: float = 20.0) -> TriangleMesh:
-    """A flat parallelogram of slivers."""
-    square = grid(cells, cells)
-    return TriangleMesh(square.vertices + shear * square.vertices[:, [1, 2, 2]], square.faces)
-
-
-def book(pages: int = 3, cells: int = 6) -> TriangleMesh:
-    """Square pages that share a spine, the z axis; page p takes the vertices after those of page p-1 but the spine."""
-    square = grid(cells, cells)
-    x, z = square.vertices[:, 0], square.vertices[:, 1]
-    angle = 2 * np.pi * np.arange(pages)[:, None] / pages
-    points = np.stack([np.cos(angle) * x, np.sin(angle) * x, np.broadcast_to(z, (pages, len(z)))], axis=2)
-    every = np.arange(pages * len(x)).reshape(pages, -1)
-    every[:, x == 0] = every[0, x == 0]
-    faces = every[:, square.faces].reshape(-1, 3)
-    used, names = np.unique(faces, return_inverse=True)
-    return TriangleMesh(points.reshape(-1, 3)[used], names.reshape(-1, 3))
 
 
 def turned_over(mesh: TriangleMesh) -> TriangleMesh:

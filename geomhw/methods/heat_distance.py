@@ -14,11 +14,13 @@ from scipy.spatial import KDTree
 from geomhw.errors import ConvergenceError
 from geomhw.mesh.arrays import Floats, Ints
 from geomhw.mesh.geometry import unit
+from geomhw.mesh.polyhedral import PolyhedralSurface
+from geomhw.mesh.robust import RobustTriangulation
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.methods.heat_flow import HeatFlow
 from geomhw.methods.sources import checked_sources
 from geomhw.methods.time_step import TimeStep
-from geomhw.operators.gradient import divergence, gradient, hat_gradients
+from geomhw.operators.gradient import divergence, hat_gradients
 from geomhw.results import Field, Result
 from geomhw.solvers.direct import DirectSolver
 from geomhw.solvers.grounding import balanced, free_unknowns
@@ -28,7 +30,9 @@ from geomhw.solvers.wavefront import LogValues
 class HeatDistance:
     """Heat-method solver for one mesh and time: factors on first use, then answers any sources.
 
-    time: as in `time_step`. MeshError if a face has no area, FieldError for a time that is none.
+    time: as in `time_step`. robust: compute on the intrinsic Delaunay triangulation of the mesh, see
+    `RobustTriangulation`, where heat is nowhere negative and faces without area do no harm; h is then the mean edge
+    length there. MeshError if a face has no area and that is not asked for, FieldError for a time that is none.
 
     >>> from geomhw.mesh.primitives import icosphere
     >>> result = HeatDistance(icosphere(3)).from_vertices([7])
@@ -36,11 +40,14 @@ class HeatDistance:
     3.09
     """
 
-    def __init__(self, mesh: TriangleMesh, time: str | float = "auto") -> None:
+    def __init__(self, mesh: TriangleMesh, time: str | float = "auto", robust: bool = False) -> None:
         self.mesh = mesh
-        self._flow = HeatFlow(mesh, time)
-        self._gradient = gradient(mesh)
-        self._divergence = divergence(mesh)
+        self.robust = RobustTriangulation.of(mesh) if robust else None
+        self._domain = self.robust.surface if self.robust else mesh
+        self._flow = HeatFlow(self._domain, time)
+        self._divergence = divergence(self._domain)
+        self._own_hats = hat_gradients(mesh, zero_without_area=robust)
+        self._hats = hat_gradients(self._domain) if robust else self._own_hats
 
     @property
     def time(self) -> TimeStep:
@@ -57,7 +64,7 @@ class HeatDistance:
 
         Fields, per vertex: ``heat`` u, with (M + tS) u = 1 at each source; ``divergence``, integrated, of the unit
         field; ``distance`` (length), exactly 0 at the sources, positive elsewhere, inf on components without one. Per
-        face: ``heat_gradient`` ∇u, ``direction`` -∇u/|∇u|, zero where no heat comes.
+        face of the mesh: ``heat_gradient`` ∇u, ``direction`` -∇u/|∇u|, zero where no heat comes or there is no area.
         """
         mesh = self.mesh
         wanted = checked_sources(mesh, sources)
@@ -65,27 +72,17 @@ class HeatDistance:
         impulse[wanted] = 1.0
         heat = self._flow.from_impulse(impulse)
         reached = self._flow.reached(impulse)
-        direction = self._direction(heat)
-        spread = self._divergence @ direction.ravel()
+        spread = self._divergence @ unit(-_slopes(self._domain, self._hats, heat)).ravel()
         distance = self._distance(spread, wanted, reached)
         u = heat.plain
         fields = [
             Field("heat", "vertex", u),
             Field("divergence", "vertex", spread),
             Field("distance", "vertex", distance),
-            Field("heat_gradient", "face", (self._gradient @ u).reshape(-1, 3)),
-            Field("direction", "face", direction),
+            Field("heat_gradient", "face", _combined(u[mesh.faces], self._own_hats)),
+            Field("direction", "face", unit(-_slopes(mesh, self._own_hats, heat))),
         ]
         return Result(mesh, fields, self._report(wanted, distance))
-
-    def _direction(self, heat: LogValues) -> Floats:
-        """-∇u/|∇u| per face, (m, 3), from u scaled face by face to order one: minus, for heat falls away."""
-        corners = heat.log[self.mesh.faces]
-        largest = corners.max(axis=1, keepdims=True)
-        warm = np.isfinite(largest)
-        relative = np.exp(np.where(warm, corners - np.where(warm, largest, 0.0), -np.inf))
-        slope = np.einsum("fk,fkx->fx", heat.sign[self.mesh.faces] * relative, hat_gradients(self.mesh))
-        return unit(-slope)
 
     def _distance(self, spread: Floats, sources: Ints, reached: Ints) -> Floats:
         """φ with Sφ = -Div X, zero at the sources."""
@@ -122,13 +119,29 @@ class HeatDistance:
         unreached = int(np.count_nonzero(~finite & self._flow.surface))
         return {
             "sources": sources.tolist(),
-            "time": self.time.report(self.mesh.mean_edge_length),
+            "time": self.time.report(self._flow.mesh.mean_edge_length),
             "farthest": {"vertex": farthest, "distance": float(distance[farthest])},
             "mean_distance": float(distance[finite].mean()),
             "unreachable_vertices": unreached,
-        }
+        } | ({"robust": self.robust.report()} if self.robust else {})
 
 
-def heat_distance(mesh: TriangleMesh, sources: Sequence[int] | Ints, time: str | float = "auto") -> Floats:
+def _slopes(surface: PolyhedralSurface, hats: Floats, heat: LogValues) -> Floats:
+    """∇u per face, (m, 3), each up to a positive factor of its own: u is scaled face by face to order one."""
+    corners = heat.log[surface.faces]
+    largest = corners.max(axis=1, keepdims=True)
+    warm = np.isfinite(largest)
+    relative = np.exp(np.where(warm, corners - np.where(warm, largest, 0.0), -np.inf))
+    return _combined(heat.sign[surface.faces] * relative, hats)
+
+
+def _combined(corners: Floats, hats: Floats) -> Floats:
+    """Σ_k u_k ∇φ_k per face, (m, 3), from u at the corners, (m, 3)."""
+    return np.asarray(np.einsum("fk,fkx->fx", corners, hats))
+
+
+def heat_distance(
+    mesh: TriangleMesh, sources: Sequence[int] | Ints, time: str | float = "auto", robust: bool = False
+) -> Floats:
     """Geodesic distance from the nearest source, (n,); for several questions keep a `HeatDistance`."""
-    return np.asarray(HeatDistance(mesh, time).from_vertices(sources)["distance"])
+    return np.asarray(HeatDistance(mesh, time, robust).from_vertices(sources)["distance"])

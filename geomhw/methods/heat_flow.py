@@ -8,11 +8,14 @@ from numpy.typing import NDArray
 
 from geomhw.mesh.arrays import Floats
 from geomhw.mesh.distances import edge_path_distance
-from geomhw.mesh.triangle_mesh import TriangleMesh
+from geomhw.mesh.polyhedral import PolyhedralSurface
 from geomhw.methods.time_step import time_step
 from geomhw.operators.laplacian import lumped_mass, stiffness
 from geomhw.solvers.direct import DirectSolver
 from geomhw.solvers.wavefront import LogValues, in_reach, solve_decaying
+
+#: What to do about a face without area, for whoever asked for heat.
+REMEDY = "collapse it, remove it, or compute with --robust (robust=True)"
 
 
 class HeatFlow:
@@ -21,8 +24,8 @@ class HeatFlow:
     Factors on first use. time: as in `time_step`. MeshError if a face has no area, FieldError for a time that is none.
     """
 
-    def __init__(self, mesh: TriangleMesh, time: str | float = "auto") -> None:
-        mesh.require_area()
+    def __init__(self, mesh: PolyhedralSurface, time: str | float = "auto") -> None:
+        mesh.require_area(REMEDY)
         self.mesh = mesh
         self.time = time_step(time, mesh.mean_edge_length)
         self.stiffness = stiffness(mesh)

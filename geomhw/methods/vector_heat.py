@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from geomhw.errors import FieldError
 from geomhw.mesh.arrays import Floats, Ints
+from geomhw.mesh.robust import RobustTriangulation
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.methods.heat_flow import HeatFlow
 from geomhw.methods.sources import checked_sources
@@ -35,8 +36,9 @@ LEAST_TANGENT_SHARE = 1e-6
 class VectorHeat:
     """Vector heat method for one mesh, time and connection: factors on first use, then answers any sources.
 
-    time: as in `time_step`. connection: ``normals`` or ``intrinsic``, see `edge_transport`. MeshError if a face has no
-    area or, for ``intrinsic``, the mesh is no oriented manifold.
+    time: as in `time_step`. connection: ``normals`` or ``intrinsic``, see `edge_transport`. robust: compute on the
+    mesh's `RobustTriangulation`, with the normals of its vertices. MeshError if a face has no area and that is not
+    asked for or, for ``intrinsic``, the mesh is no oriented manifold; FieldError for ``intrinsic`` and robust at once.
 
     >>> from geomhw.mesh.primitives import icosphere
     >>> result = VectorHeat(icosphere(3)).from_vertices([7], [[1.0, 0.0, 0.0]])
@@ -44,12 +46,20 @@ class VectorHeat:
     (642, 3)
     """
 
-    def __init__(self, mesh: TriangleMesh, time: str | float = "auto", connection: Connection = "normals") -> None:
+    def __init__(
+        self,
+        mesh: TriangleMesh,
+        time: str | float = "auto",
+        connection: Connection = "normals",
+        robust: bool = False,
+    ) -> None:
         self.mesh = mesh
         self.connection = connection
-        self._flow = HeatFlow(mesh, time)
-        K = complex_connection_stiffness(mesh, connection)
-        self._matrix = (lumped_mass(mesh) + self.time.t * K).tocsr()
+        self.robust = RobustTriangulation.of(mesh) if robust else None
+        surface = self.robust.surface if self.robust else None
+        self._flow = HeatFlow(surface or mesh, time)
+        K = complex_connection_stiffness(mesh, connection, surface)
+        self._matrix = (lumped_mass(surface or mesh) + self.time.t * K).tocsr()
 
     @property
     def time(self) -> TimeStep:
@@ -104,9 +114,9 @@ class VectorHeat:
             "sources": wanted.tolist(),
             "vectors": tangent.tolist(),
             "connection": self.connection,
-            "time": self.time.report(mesh.mean_edge_length),
+            "time": self.time.report(self._flow.mesh.mean_edge_length),
             "unreachable_vertices": unreached,
-        }
+        } | ({"robust": self.robust.report()} if self.robust else {})
         fields = [
             Field("diffused", "vertex", from_complex(mesh, diffused)),
             Field("transported", "vertex", from_complex(mesh, transported)),
@@ -198,13 +208,14 @@ def transport_over_times(
     vectors: ArrayLike,
     times: Sequence[str | float],
     connection: Connection = "normals",
+    robust: bool = False,
 ) -> Result:
     """Diffuse and transport the same vectors for several times, one factorization each.
 
     Fields as in `VectorHeat.from_vertices`, for more than one time with the suffix ``_0``, ``_1``, ... in the order of
     the times; ``dt`` holds them. The report lists them under ``times``.
     """
-    runs = [VectorHeat(mesh, time, connection).from_vertices(sources, vectors) for time in times]
+    runs = [VectorHeat(mesh, time, connection, robust).from_vertices(sources, vectors) for time in times]
     fields = [
         Field(f"{field.name}_{k}" if len(runs) > 1 else field.name, field.location, field.values)
         for k, run in enumerate(runs)
