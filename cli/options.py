@@ -29,8 +29,8 @@ time_option = click.option(
 robust_option = click.option(
     "--robust",
     is_flag=True,
-    help="Compute on the intrinsic Delaunay triangulation: for slivers, faces without area, edges of three or more "
-    "faces.",
+    help="Compute on the intrinsic Delaunay triangulation: for slivers, faces without area, edges where three "
+    "faces meet.",
 )
 
 output_option = click.option(

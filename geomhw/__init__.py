@@ -15,6 +15,7 @@ _HOMES = {
     "VectorHeat": "geomhw.methods.vector_heat",
     "FlowMap": "geomhw.methods.advection",
     "scheme_of": "geomhw.methods.fluid.schemes",
+    "RobustTriangulation": "geomhw.mesh.robust",
     "HelmholtzDecomposition": "geomhw.methods.helmholtz",
     "Field": "geomhw.results",
     "Result": "geomhw.results",

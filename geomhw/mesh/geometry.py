@@ -61,7 +61,9 @@ def heron_areas(lengths: Floats) -> Floats:
     The order of the operations is what makes it accurate [Kahan, Miscalculating Area and Angles of a Needle-like
     Triangle, 2014, sec. 2].
     """
-    c, b, a = np.sort(lengths, axis=1).T
+    x, y, z = lengths.T
+    low, high = np.minimum(x, y), np.maximum(x, y)
+    c, b, a = np.minimum(low, z), np.maximum(low, np.minimum(high, z)), np.maximum(high, z)
     product = (a + (b + c)) * (c - (a - b)) * (c + (a - b)) * (a + (b - c))
     return np.asarray(np.sqrt(np.maximum(product, 0.0)) / 4)
 

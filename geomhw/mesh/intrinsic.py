@@ -5,6 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
+from geomhw.errors import MeshError
 from geomhw.mesh import geometry
 from geomhw.mesh.arrays import Floats, Ints, frozen
 from geomhw.mesh.polyhedral import PolyhedralSurface
@@ -68,10 +69,12 @@ class IntrinsicMesh(PolyhedralSurface):
 
 def mollified(surface: IntrinsicMesh) -> tuple[IntrinsicMesh, float]:
     """The surface with ε added to every length, and ε: the least for which two sides of a face exceed the third by
-    1e-5 h [Sharp, Crane 2020, sec. 4.5]. Where they do already, ε is 0 and nothing changes.
+    1e-5 h [Sharp, Crane 2020, sec. 4.5]. Where they do already, ε is 0 and nothing changes. MeshError if h is zero.
 
     Sharp, Crane: A Laplacian for Nonmanifold Triangle Meshes. Computer Graphics Forum 39(5), 2020.
     """
+    if surface.mean_edge_length == 0:
+        raise MeshError("all vertices of faces lie in one point: there is no surface to measure")
     sides = surface.lengths[surface.gluing.of_faces]
     excess = float((sides.sum(axis=1) - 2 * sides.max(axis=1)).min())
     growth = max(0.0, LEAST_EXCESS * surface.mean_edge_length - excess)
