@@ -40,6 +40,7 @@ def advect(
     mp4: Path | None,
     png: Path | None,
     csv: Path | None,
+    tracers: int | None,
     as_json: bool,
     quiet: bool,
 ) -> None:
@@ -49,12 +50,14 @@ def advect(
 
     \b
     Arrays of a frame, per vertex: color (1 or 3 components). Per face: velocity. Field data: time.
+    Arrays of tracers: velocity, color, id, face, past (x y z for each of past_times, less where it is).
     CSV: step, time, color_min, color_max, color_mean (by area).
 
     \b
     Example: geomhw advect moomoo.off --field rigid:y --color blob:12 --dt 0.01 --steps 628 --gif blob.gif
     """
     from geomhw.methods.advection import FlowMap, frames
+    from geomhw.methods.tracers import Tracing
     from geomhw.render.flow_pictures import contact_sheet, flow_film
 
     inputs = specs.files_of(field_spec, color_spec)
@@ -63,12 +66,25 @@ def advect(
     mesh = job.read()
     with job.stage("compute and write"), progress("advect") as bar:
         flow = FlowMap(mesh, specs.field(field_spec, mesh), integrator)  # type: ignore[arg-type]
+        tracing = Tracing(mesh) if tracers else None
+        carried = tracing.start(tracers) if tracing and tracers else None
         for frame in frames(flow, specs.color(color_spec, mesh), dt, steps, every):
-            reel.add(frame.report["time"], frame, frame.report)
+            cloud = None
+            if tracing and carried:
+                carried = tracing.step(carried, flow.field, frame.report["time"])
+                cloud = tracing.cloud(carried, flow.field, frame["color"])
+            reel.add(frame.report["time"], frame, frame.report, cloud)
             bar(frame.report["step"] / steps)
     reel.finish(flow_film, contact_sheet)
     low, high = reel.rows[-1]["color_min"], reel.rows[-1]["color_max"]
-    parameters = {"field": field_spec, "color": color_spec, "dt": dt, "steps": steps, "every": every}
+    parameters = {
+        "field": field_spec,
+        "color": color_spec,
+        "dt": dt,
+        "steps": steps,
+        "every": every,
+        "tracers": tracers,
+    }
     job.finish(
         mesh,
         parameters | {"integrator": integrator, "frames": len(reel.rows), "last": reel.rows[-1]},

@@ -83,6 +83,7 @@ def fluid(
 
     \b
     Arrays of a frame, per vertex: color, vorticity. Per face: velocity. Field data: time.
+    Arrays of tracers: velocity, color, id, face, past (x y z for each of past_times, less where it is).
     CSV: step, time, energy, enstrophy, circulation, divergence, courant, color_min, color_max; harmonic_K, the
     coefficients of the harmonic fields; loop_K, the circulation round boundary loops.
 
@@ -91,6 +92,7 @@ def fluid(
     """
     from geomhw.methods.fluid.run import run
     from geomhw.methods.fluid.state import Gauges
+    from geomhw.methods.fluid.traced import TracedScheme
     from geomhw.render.flow_pictures import contact_sheet, flow_film
 
     plan = _plan(choices)
@@ -100,6 +102,8 @@ def fluid(
     mesh = job.read()
     with job.stage("set up"):
         scheme, force = _scheme(mesh, choices), _force(mesh, choices, plan.dt)
+        if choices["tracers"]:
+            scheme = TracedScheme(scheme, choices["tracers"])
         gauges = Gauges(scheme)
         state = resumed(reel, mesh, restart, choices) if restart else None
         if state is None:
@@ -161,6 +165,7 @@ def _save(reel: Reel, scheme: "Scheme", gauges: "Gauges", moment: "Moment", choi
     """A frame, its line of the table, and, where an uninterrupted run would pass, the state to restart from."""
     import numpy as np
 
+    from geomhw.methods.fluid.traced import TracedScheme
     from geomhw.results import Field, Result
 
     state = moment.state
@@ -170,7 +175,8 @@ def _save(reel: Reel, scheme: "Scheme", gauges: "Gauges", moment: "Moment", choi
         Field("velocity", "face", scheme.velocity(state)),
         Field("time", "mesh", np.array([state.time])),
     ]
+    tracers = scheme.cloud(state) if isinstance(scheme, TracedScheme) else None
     with held_interrupts():
-        reel.add(state.time, Result(scheme.mesh, fields), gauges(state, moment.dt))
+        reel.add(state.time, Result(scheme.mesh, fields), gauges(state, moment.dt), tracers)
         if moment.regular:
             save_state(reel, scheme.mesh, state, choices)

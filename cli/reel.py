@@ -15,10 +15,12 @@ from geomhw_cli.job import Job
 
 if TYPE_CHECKING:
     from geomhw.io.series import SeriesWriter
-    from geomhw.results import Result
+    from geomhw.results import Cloud, Result
 
 #: Pictures on a contact sheet, at most.
 MOST_ON_SHEET = 12
+#: Tracers, at most.
+MOST_TRACERS = 10_000_000
 #: What is drawn of the frames.
 PICTURES = {"gif", "mp4", "png"}
 
@@ -39,6 +41,12 @@ def reel_options(command: Callable[..., None]) -> Callable[..., None]:
         ),
         click.option("--png", metavar="FILE", type=options.FILE, help="Contact sheet of up to twelve frames."),
         click.option("--csv", metavar="FILE", type=options.FILE, help="Table with a line a frame."),
+        click.option(
+            "--tracers",
+            metavar="N",
+            type=click.IntRange(1, MOST_TRACERS),
+            help="Particles carried along: points of <OUT>.tracers.*.vtp, in the series as part 1, streaks in films.",
+        ),
     ):
         command = option(command)
     return command
@@ -110,26 +118,32 @@ class Reel:
         """Where the state to restart from is kept."""
         return self.series.path.with_suffix(".restart.npz")
 
-    def add(self, time: float, result: "Result", row: dict[str, float]) -> None:
+    def add(self, time: float, result: "Result", row: dict[str, float], tracers: "Cloud | None" = None) -> None:
         """Write a frame, and the table up to it."""
         from geomhw.io.table import write_csv
 
         with held_interrupts():
-            self.series.add(time, result)
+            self.series.add(time, result, tracers)
             self.rows.append(row)
             if csv := self.films.get("csv"):
                 write_csv(csv, self.rows)
 
-    def finish(self, picture: "Callable[[list[Result]], Iterator[Any]]", sheet: Callable[..., Any]) -> None:
+    def finish(
+        self, picture: "Callable[[list[Result], list[Cloud]], Iterator[Any]]", sheet: Callable[..., Any]
+    ) -> None:
         """Films and contact sheet of all frames of the series, read back from their files.
 
-        picture: from results to a picture each, all of one size. sheet: from pictures to one with all of them.
+        picture: from results, and their tracers if there are any, to a picture each, all of one size. sheet: from
+        pictures to one with all of them.
         """
-        from geomhw.io import read, write_png
+        from geomhw.io import read, read_cloud, write_png
         from geomhw.io.film import write_gif, write_mp4
         from geomhw.io.table import write_csv
 
+        frames, folder = self.series.frames, self.series.path.parent
         self.job.written += [str(self.series.path), str(self.series.index)]
+        if any(frame.tracers for frame in frames):
+            self.job.written.append(str(self.series.tracer_index))
         if self.checkpoint.exists():
             self.job.written.append(str(self.checkpoint))
         if csv := self.films.get("csv"):
@@ -137,9 +151,10 @@ class Reel:
             self.job.written.append(str(csv))
         if not self.films.keys() & PICTURES:
             return
-        results = [read(self.series.path.parent / frame.file) for frame in self.series.frames]
+        results = [read(folder / frame.file) for frame in frames]
+        clouds = [read_cloud(folder / frame.tracers) for frame in frames if frame.tracers]
         with self.job.stage("render"):
-            images = list(picture(results))
+            images = list(picture(results, clouds))
             if gif := self.films.get("gif"):
                 write_gif(gif, images)
             if mp4 := self.films.get("mp4"):

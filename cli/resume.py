@@ -43,8 +43,8 @@ def resumed(reel: Reel, mesh: "TriangleMesh", path: Path, choices: dict[str, Any
 
     description, arrays = read_checkpoint(path)
     ours = _run_of(choices)
-    for name, value in description["run"].items():
-        if ours.get(name) != value:
+    for name in sorted(description["run"].keys() | ours.keys()):
+        if ours.get(name) != (value := description["run"].get(name)):
             raise FormatError(f"{path.name} is of a run with {name} = {value}, not {ours.get(name)}; start anew")
     if description["mesh"] != _digest(mesh):
         raise FormatError(f"{path.name} is of a run on another mesh; start anew")

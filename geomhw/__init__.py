@@ -14,6 +14,7 @@ _HOMES = {
     "heat_distance": "geomhw.methods.heat_distance",
     "VectorHeat": "geomhw.methods.vector_heat",
     "FlowMap": "geomhw.methods.advection",
+    "Tracer": "geomhw.methods.tracing",
     "scheme_of": "geomhw.methods.fluid.schemes",
     "RobustTriangulation": "geomhw.mesh.robust",
     "HelmholtzDecomposition": "geomhw.methods.helmholtz",

@@ -1,4 +1,4 @@
-"""What a method hands over: named fields on a mesh, and a report."""
+"""What a method hands over: named fields on a mesh, and a report; or named fields on points that have no faces."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -42,7 +42,28 @@ class Result:
 
     def __getitem__(self, name: str) -> Floats | Ints:
         """Values of the field of that name; KeyError says which there are."""
+        return _named(self.fields, name)
+
+
+@dataclass(frozen=True)
+class Cloud:
+    """Points, (k, 3), with fields on them, one row a point (``vertex``), or on the whole (``mesh``)."""
+
+    points: Floats
+    fields: Sequence[Field] = ()
+
+    def __post_init__(self) -> None:
         for item in self.fields:
-            if item.name == name:
-                return np.asarray(item.values)
-        raise KeyError(f"no field '{name}'; there are {', '.join(f.name for f in self.fields)}")
+            if item.location == "face" or (item.location == "vertex" and len(item.values) != len(self.points)):
+                raise FieldError(f"field '{item.name}' has no row for each of the {len(self.points)} points")
+
+    def __getitem__(self, name: str) -> Floats | Ints:
+        """Values of the field of that name; KeyError says which there are."""
+        return _named(self.fields, name)
+
+
+def _named(fields: Sequence[Field], name: str) -> Floats | Ints:
+    for item in fields:
+        if item.name == name:
+            return np.asarray(item.values)
+    raise KeyError(f"no field '{name}'; there are {', '.join(f.name for f in fields)}")

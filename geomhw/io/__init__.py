@@ -7,8 +7,8 @@ says beforehand whether that can work. ``replacing`` makes any other file appear
 from geomhw.io.atomic import replacing
 from geomhw.io.fields import field_file, read_field
 from geomhw.io.image import write_png
-from geomhw.io.reading import READABLE, read, read_mesh
-from geomhw.io.writing import WRITABLE, check_outputs, write
+from geomhw.io.reading import READABLE, read, read_cloud, read_mesh
+from geomhw.io.writing import WRITABLE, check_outputs, write, write_cloud
 
 __all__ = [
     "READABLE",
@@ -16,9 +16,11 @@ __all__ = [
     "check_outputs",
     "field_file",
     "read",
+    "read_cloud",
     "read_field",
     "read_mesh",
     "replacing",
     "write",
+    "write_cloud",
     "write_png",
 ]

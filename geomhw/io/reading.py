@@ -9,7 +9,7 @@ from geomhw.io import external
 from geomhw.io.obj import read_obj
 from geomhw.io.off import read_off
 from geomhw.mesh.triangle_mesh import TriangleMesh
-from geomhw.results import Result
+from geomhw.results import Cloud, Result
 
 _Reader = Callable[[str, bytes], Result]
 
@@ -76,6 +76,14 @@ def read(path: str | Path) -> Result:
 def read_mesh(path: str | Path) -> TriangleMesh:
     """The mesh alone."""
     return read(path).mesh
+
+
+def read_cloud(path: str | Path) -> Cloud:
+    """The points of a ``.vtp`` with the arrays on them; faces are passed over."""
+    from geomhw.io.vtk_xml import read_vtp_cloud
+
+    path = Path(path)
+    return read_vtp_cloud(path.name, _bytes(path))
 
 
 def _bytes(path: Path) -> bytes:

@@ -1,4 +1,8 @@
-"""A time series: numbered ``.vtp`` frames with a ``.pvd`` (ParaView) and a ``.vtp.series`` index beside them."""
+"""A time series: numbered ``.vtp`` frames with a ``.pvd`` (ParaView) and a ``.vtp.series`` index beside them.
+
+Points that go with the frames are files of their own, ``<stem>.tracers.<number>.vtp``: part 1 of each time step in the
+``.pvd``, with an index ``<stem>.tracers.vtp.series``.
+"""
 
 import json
 import os
@@ -11,16 +15,20 @@ from xml.sax.saxutils import quoteattr
 
 from geomhw.errors import FormatError
 from geomhw.io.atomic import replacing
-from geomhw.io.writing import write
-from geomhw.results import Result
+from geomhw.io.writing import write, write_cloud
+from geomhw.results import Cloud, Result
+
+#: Which part of a time step in the ``.pvd`` the tracers are.
+TRACER_PART = "1"
 
 
 @dataclass(frozen=True)
 class Frame:
-    """One entry of a series: its time, and its file, a name relative to the index."""
+    """One entry of a series: its time, its file, and that of its tracers where it has them, relative to the index."""
 
     time: float
     file: str
+    tracers: str | None = None
 
 
 class SeriesWriter:
@@ -38,28 +46,42 @@ class SeriesWriter:
         """The ``.vtp.series`` file."""
         return self.path.with_suffix(".vtp.series")
 
-    def add(self, time: float, result: Result) -> None:
-        """Write the next frame, and the indices that name it."""
-        frame = Frame(float(time), f"{self.path.stem}.{len(self.frames):05d}.vtp")
+    @property
+    def tracer_index(self) -> Path:
+        """The ``.tracers.vtp.series`` file, where the frames have tracers."""
+        return self.path.with_suffix(".tracers.vtp.series")
+
+    def add(self, time: float, result: Result, tracers: Cloud | None = None) -> None:
+        """Write the next frame, and the indices that name it; with tracers in all frames of the series, or in none."""
+        stem, number = self.path.stem, f"{len(self.frames):05d}"
+        name = f"{stem}.tracers.{number}.vtp" if tracers else None
+        frame = Frame(float(time), f"{stem}.{number}.vtp", name)
         write(result, self.path.parent / frame.file)
+        if tracers and name:
+            write_cloud(tracers, self.path.parent / name)
         frames = [*self.frames, frame]
-        with replacing([self.path, self.index]) as (pvd, series):
+        indices = [self.path, self.index, *([self.tracer_index] if tracers else [])]
+        with replacing(indices) as (pvd, series, *others):
             pvd.write_text(_pvd(frames), encoding="utf-8")
             series.write_text(_series(frames), encoding="utf-8")
+            for other in others:
+                other.write_text(_series([Frame(f.time, f.tracers) for f in frames if f.tracers]), encoding="utf-8")
         self.frames = frames
 
     def writes(self, path: Path) -> bool:
         """Whether a file is one that frames or index would be written to."""
-        frame = re.fullmatch(re.escape(self.path.stem) + r"\.\d{5,}\.vtp", path.name)
-        ours = frame or path.name in (self.path.name, self.index.name)
+        frame = re.fullmatch(re.escape(self.path.stem) + r"(\.tracers)?\.\d{5,}\.vtp", path.name)
+        ours = frame or path.name in (self.path.name, self.index.name, self.tracer_index.name)
         return bool(ours) and os.path.realpath(path.parent) == os.path.realpath(self.path.parent)
 
 
 def read_series(path: str | Path) -> list[Frame]:
     """Frames of a ``.pvd``; FormatError where there is none or it is no series."""
     try:
-        root = ElementTree.parse(path).getroot()
-        return [Frame(float(item.attrib["timestep"]), item.attrib["file"]) for item in root.iter("DataSet")]
+        items = [item.attrib for item in ElementTree.parse(path).getroot().iter("DataSet")]
+        parts = {item["timestep"]: item["file"] for item in items if item.get("part") == TRACER_PART}
+        meshes = [item for item in items if item.get("part") != TRACER_PART]
+        return [Frame(float(item["timestep"]), item["file"], parts.get(item["timestep"])) for item in meshes]
     except FileNotFoundError:
         raise FormatError(f"{path}: there is no such file") from None
     except (OSError, ElementTree.ParseError, KeyError, ValueError) as error:
@@ -69,7 +91,10 @@ def read_series(path: str | Path) -> list[Frame]:
 def _pvd(frames: Sequence[Frame]) -> str:
     lines = ['<?xml version="1.0"?>', '<VTKFile type="Collection" version="0.1" byte_order="LittleEndian">']
     lines.append("  <Collection>")
-    lines += [f'    <DataSet timestep="{frame.time!r}" part="0" file={quoteattr(frame.file)}/>' for frame in frames]
+    for frame in frames:
+        for part, file in (("0", frame.file), (TRACER_PART, frame.tracers)):
+            if file:
+                lines.append(f'    <DataSet timestep="{frame.time!r}" part="{part}" file={quoteattr(file)}/>')
     return "\n".join([*lines, "  </Collection>", "</VTKFile>", ""])
 
 

@@ -10,7 +10,8 @@ from urllib.parse import quote
 import numpy as np
 from numpy.typing import NDArray
 
-from geomhw.results import Field, Location, Result
+from geomhw.mesh.arrays import Floats
+from geomhw.results import Cloud, Field, Location, Result
 
 _LEGACY_TYPES = {"i1": "char", "u1": "unsigned_char", "i2": "short", "u2": "unsigned_short", "i4": "int"}
 _LEGACY_TYPES |= {"u4": "unsigned_int", "i8": "vtktypeint64", "u8": "vtktypeuint64", "f4": "float", "f8": "double"}
@@ -36,7 +37,15 @@ def write_vtp(result: Result, path: Path) -> None:
     mesh = result.mesh
     size = f'NumberOfPoints="{mesh.n_vertices}" NumberOfPolys="{mesh.n_faces}"'
     polys = [_xml_array("connectivity", mesh.faces.ravel()), _xml_array("offsets", _offsets(mesh.n_faces))]
-    _write_xml(result, path, "PolyData", size, [_element("Polys", polys)])
+    _write_xml(result, mesh.vertices, path, "PolyData", size, [_element("Polys", polys)])
+
+
+def write_vtp_cloud(cloud: Cloud, path: Path) -> None:
+    """XML polydata of a vertex cell a point."""
+    count = len(cloud.points)
+    verts = [_xml_array("connectivity", np.arange(count)), _xml_array("offsets", np.arange(1, count + 1))]
+    size = f'NumberOfPoints="{count}" NumberOfVerts="{count}"'
+    _write_xml(cloud, cloud.points, path, "PolyData", size, [_element("Verts", verts)])
 
 
 def write_vtu(result: Result, path: Path) -> None:
@@ -45,10 +54,10 @@ def write_vtu(result: Result, path: Path) -> None:
     size = f'NumberOfPoints="{mesh.n_vertices}" NumberOfCells="{mesh.n_faces}"'
     cells = [_xml_array("connectivity", mesh.faces.ravel()), _xml_array("offsets", _offsets(mesh.n_faces))]
     cells.append(_xml_array("types", np.full(mesh.n_faces, _TRIANGLE, np.uint8)))
-    _write_xml(result, path, "UnstructuredGrid", size, [_element("Cells", cells)])
+    _write_xml(result, mesh.vertices, path, "UnstructuredGrid", size, [_element("Cells", cells)])
 
 
-def _at(result: Result, location: Location) -> list[tuple[str, NDArray[Any]]]:
+def _at(result: Result | Cloud, location: Location) -> list[tuple[str, NDArray[Any]]]:
     """Fields of one location as (rows, components) arrays, scalars as (rows,)."""
     return [(field.name, _flat(field)) for field in result.fields if field.location == location]
 
@@ -105,11 +114,11 @@ def _big_endian(values: NDArray[Any]) -> bytes:
 # -- XML ---------------------------------------------------------------------------------------------------------------
 
 
-def _write_xml(result: Result, path: Path, kind: str, size: str, cells: list[bytes]) -> None:
+def _write_xml(result: Result | Cloud, points: Floats, path: Path, kind: str, size: str, cells: list[bytes]) -> None:
     head = f'<VTKFile type="{kind}" version="1.0" byte_order="LittleEndian" header_type="UInt64">'
     whole = _element("FieldData", [_xml_array(*field, tuples=True) for field in _at(result, "mesh")])
     piece = [
-        _element("Points", [_xml_array("Points", result.mesh.vertices)]),
+        _element("Points", [_xml_array("Points", points)]),
         *cells,
         _element("PointData", [_xml_array(*field) for field in _at(result, "vertex")]),
         _element("CellData", [_xml_array(*field) for field in _at(result, "face")]),

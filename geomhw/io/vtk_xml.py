@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from geomhw.errors import FormatError
 from geomhw.io.tokens import parse_numbers
 from geomhw.io.vtk_cells import LINE, POLYGON, STRIP, VERTEX, Dataset, from_offsets, surface
-from geomhw.results import Result
+from geomhw.results import Cloud, Field, Result
 
 _DECOMPRESS: dict[str | None, Callable[[bytes], bytes] | None] = {
     None: None,
@@ -31,26 +31,33 @@ _POLYDATA = (("Verts", VERTEX), ("Lines", LINE), ("Polys", POLYGON), ("Strips", 
 
 def read_vtp(name: str, data: bytes) -> Result:
     """Polydata."""
-    return _read(name, data, "PolyData")
+    return surface(name, "VTP", _read(name, data, "PolyData"))
 
 
 def read_vtu(name: str, data: bytes) -> Result:
     """An unstructured grid, of which the triangles, quads and polygons are taken."""
-    return _read(name, data, "UnstructuredGrid")
+    return surface(name, "VTU", _read(name, data, "UnstructuredGrid"))
 
 
-def _read(name: str, data: bytes, kind: str) -> Result:
+def read_vtp_cloud(name: str, data: bytes) -> Cloud:
+    """The points of polydata, whatever its cells, with their arrays of any width."""
+    dataset = _read(name, data, "PolyData")
+    points = np.zeros((0, 3)) if dataset.points is None else dataset.points
+    on_points = [Field(key, "vertex", values) for key, values in dataset.vertex_arrays.items()]
+    return Cloud(points, [*on_points, *(Field(key, "mesh", values) for key, values in dataset.mesh_arrays.items())])
+
+
+def _read(name: str, data: bytes, kind: str) -> Dataset:
     try:
         root, appended, encoding = _parse(data)
         if root.get("type") != kind:
             raise FormatError(f"{name} holds VTK {root.get('type', 'data of no type')}, not {kind}")
         arrays = _Arrays(name, root, appended, encoding)
         grid = root.find(kind)
-        dataset = _dataset(name, grid if grid is not None else root, arrays, kind)
+        return _dataset(name, grid if grid is not None else root, arrays, kind)
     except (ElementTree.ParseError, ValueError, KeyError, IndexError, zlib.error, lzma.LZMAError, EOFError) as error:
         reason = " ".join(str(error).split())[:120]
         raise FormatError(f"{name} is not a whole VTK XML file: {reason}") from error
-    return surface(name, "VTP" if kind == "PolyData" else "VTU", dataset)
 
 
 def _parse(data: bytes) -> tuple[Element, bytes, str]:

@@ -9,8 +9,8 @@ import numpy as np
 from geomhw.errors import FieldError, FormatError
 from geomhw.io.atomic import replacing
 from geomhw.io.ply import write_ply
-from geomhw.io.vtk import write_legacy_vtk, write_vtp, write_vtu
-from geomhw.results import Result
+from geomhw.io.vtk import write_legacy_vtk, write_vtp, write_vtp_cloud, write_vtu
+from geomhw.results import Cloud, Result
 
 _WRITERS: dict[str, Callable[[Result, Path], None]] = {
     ".vtk": write_legacy_vtk,
@@ -31,6 +31,14 @@ def write(result: Result, paths: str | Path | Sequence[str | Path]) -> None:
     with replacing(targets) as temporaries:
         for temporary in temporaries:
             _WRITERS[temporary.suffix.lower()](result, temporary)
+
+
+def write_cloud(cloud: Cloud, path: str | Path) -> None:
+    """Write points and their fields to a ``.vtp``, whole or not at all."""
+    check_outputs([path], extensions=[".vtp"])
+    _check_fields(cloud)
+    with replacing([path]) as (temporary,):
+        write_vtp_cloud(cloud, temporary)
 
 
 def check_outputs(
@@ -65,7 +73,7 @@ def _same(one: str | Path, other: str | Path) -> bool:
         return os.path.realpath(one) == os.path.realpath(other)
 
 
-def _check_fields(result: Result) -> None:
+def _check_fields(result: Result | Cloud) -> None:
     taken = set()
     for field in result.fields:
         values = np.asarray(field.values)

@@ -1,31 +1,36 @@
 """Films of flows: one view, one window, and limits that hold from the first frame to the last."""
 
 from collections.abc import Iterator, Sequence
+from typing import Any
 
 import numpy as np
 
 from geomhw.mesh.arrays import Floats
-from geomhw.render.layers import LIGHT, Arrows, Panel, Surface, Theme
+from geomhw.mesh.triangle_mesh import TriangleMesh
+from geomhw.render.layers import LIGHT, Arrows, Panel, Streaks, Surface, Theme
 from geomhw.render.panels import Drawing
 from geomhw.render.scene import Image
 from geomhw.render.view import choose_view
-from geomhw.results import Result
+from geomhw.results import Cloud, Result
 
 ARROW_COLOR = "#14171c"
 #: Spacing of arrows as a fraction of the panel.
 SPACING = 0.05
 #: The share of the speeds, over the film, that are drawn no longer than the spacing.
 TYPICAL_SPEED = 0.95
+#: How far a typical speed takes a streak, as a share of √area; tracers remember more than that.
+STREAK = 0.1
 #: So many of the fastest faces are, if possible, in view.
 WATCHED = 20
 #: Share of the largest vorticities that may lie beyond the ends of the color map.
 OUTLIERS = 0.005
 
 
-def flow_film(results: Sequence[Result], theme: Theme = LIGHT) -> Iterator[Image]:
+def flow_film(results: Sequence[Result], clouds: Sequence[Cloud] = (), theme: Theme = LIGHT) -> Iterator[Image]:
     """A picture a frame: the color with the velocity as arrows and, where there is one, the vorticity.
 
-    All have the size, view, limits and scale of arrows of the first frame and the whole film.
+    clouds: the tracers of each frame, which are drawn instead of arrows: as streaks of the last of the time, as much of
+    it in all frames. All pictures have one size and view, and the limits and scale of the whole film.
     """
     mesh = results[0].mesh
     colors = _limits([np.asarray(result["color"]) for result in results])
@@ -33,8 +38,13 @@ def flow_film(results: Sequence[Result], theme: Theme = LIGHT) -> Iterator[Image
     speed = float(np.quantile(speeds, TYPICAL_SPEED))
     with_vorticity = any(field.name == "vorticity" for field in results[0].fields)
     swirl = max((_swirl(result) for result in results), default=0.0) if with_vorticity else 0.0
-    panels = [_panels(result, colors, speed or 1.0, swirl) for result in results]
     view = choose_view(mesh, mesh.faces[np.argsort(speeds.mean(axis=0))[-WATCHED:], 0].tolist())
+    duration = STREAK * float(np.sqrt(mesh.face_areas.sum())) / (speed or 1.0)
+    layers: list[dict[str, Any]] = [{"arrows": _arrows(result, speed or 1.0)} for result in results]
+    if clouds:
+        note = f"streaks: the last {duration:.3g} of time" if speed else ""
+        layers = [{"streaks": _streaks(mesh, cloud, duration), "note": note} for cloud in clouds]
+    panels = [_panels(result, colors, swirl, layer) for result, layer in zip(results, layers, strict=True)]
     with Drawing(mesh, panels[0], view=view, theme=theme) as drawing:
         for each in panels:
             yield drawing(each)
@@ -56,12 +66,30 @@ def contact_sheet(pictures: Sequence[Image], columns: int | None = None) -> Imag
     return np.asarray(Pillow.fromarray(sheet).resize((width // 2, height // 2), Pillow.Resampling.BOX))
 
 
-def _panels(result: Result, colors: tuple[float, float] | None, speed: float, swirl: float) -> list[Panel]:
+def _arrows(result: Result, speed: float) -> list[Arrows]:
+    return [Arrows(np.asarray(result["velocity"]), "face", ARROW_COLOR, scale=speed, spacing=SPACING)]
+
+
+def _streaks(mesh: TriangleMesh, cloud: Cloud, duration: float) -> list[Streaks]:
+    """Where the tracers were from so long ago on, as far back as they remember."""
+    now = float(np.asarray(cloud["time"]).ravel()[0])
+    times = np.append(np.asarray(cloud["past_times"]).ravel(), now)
+    past = np.asarray(cloud["past"], dtype=float).reshape(len(cloud.points), -1, 3).transpose(1, 0, 2)
+    places = np.concatenate([cloud.points + past, cloud.points[None]])
+    start = now - duration
+    kept = int(np.searchsorted(times, start, side="right"))
+    if kept:  # the place at the very start lies between two
+        share = (start - times[kept - 1]) / (times[kept] - times[kept - 1])
+        between = (1 - share) * places[kept - 1] + share * places[kept]
+        places = np.concatenate([between[None], places[kept:]])
+    return [Streaks(places, mesh.face_normals[np.asarray(cloud["face"])])]
+
+
+def _panels(result: Result, colors: tuple[float, float] | None, swirl: float, layers: dict[str, Any]) -> list[Panel]:
     values = np.asarray(result["color"])
-    arrows = [Arrows(np.asarray(result["velocity"]), "face", ARROW_COLOR, scale=speed, spacing=SPACING)]
     time = float(np.asarray(result["time"]).ravel()[0])
     surface = Surface(values) if values.ndim == 2 else Surface(values, colormap="viridis", limits=colors)
-    first = Panel(f"color and velocity, t = {time:.4g}", surface, arrows=arrows)
+    first = Panel(f"color and {'tracers' if 'streaks' in layers else 'velocity'}, t = {time:.4g}", surface, **layers)
     if not swirl:
         return [first]
     vorticity = Surface(result["vorticity"], colormap="RdBu_r", limits=(-swirl, swirl))

@@ -1,4 +1,4 @@
-"""Arrows and isolines as triangles and segments. Plain numpy; all in the coordinates in which they are given."""
+"""Arrows, comets and isolines as triangles and segments. Plain numpy; all in the coordinates they are given in."""
 
 import numpy as np
 
@@ -19,6 +19,8 @@ _OUTLINE = np.array(
         [_NOTCH, 0.0],
     ]
 )
+#: Corners of a comet's head.
+_ROUND = 12
 _TRIANGLES = np.array([[0, 1, 2], [0, 2, 3], [4, 5, 7], [7, 5, 6]])
 
 
@@ -28,6 +30,42 @@ def arrow_triangles(centers: Floats, vectors: Floats, normals: Floats) -> tuple[
     points = centers[:, None] + _OUTLINE[:, :1] * vectors[:, None] + _OUTLINE[:, 1:] * across[:, None]
     triangles = len(_OUTLINE) * np.arange(len(centers))[:, None, None] + _TRIANGLES
     return points.reshape(-1, 3), triangles.reshape(-1, 3)
+
+
+def comets(paths: Floats, radii: Floats) -> tuple[Floats, Ints, Floats]:
+    """Discs of these radii, (k,), at the ends of paths, (p, k, 3), with tails along them, flat to a viewer along z.
+
+    Points, triangles, and the density of each point: tails grow from nothing to full width and density.
+    """
+    p, k = paths.shape[:2]
+    share = _share_of_length(paths[..., :2])
+    across = _across(paths[..., :2]) * (radii * share)[..., None]
+    sides = np.stack([paths - across, paths + across], axis=2)  # (p, k, 2, 3)
+    left = 2 * np.arange(p * k).reshape(p, k)
+    a, b, c, d = left[:-1], left[:-1] + 1, left[1:], left[1:] + 1
+    tails = np.stack([a, c, b, b, c, d], axis=-1).reshape(-1, 3)
+    angle = np.linspace(0, 2 * np.pi, _ROUND, endpoint=False)
+    rim = np.stack([np.cos(angle), np.sin(angle), np.zeros(_ROUND)], axis=1)
+    heads = paths[-1][:, None] + radii[:, None, None] * rim
+    corner = np.arange(1, _ROUND - 1)
+    fan = np.stack([np.zeros_like(corner), corner, corner + 1], axis=1)
+    discs = 2 * p * k + _ROUND * np.arange(k)[:, None, None] + fan
+    points = np.concatenate([sides.reshape(-1, 3), heads.reshape(-1, 3)])
+    density = np.concatenate([np.repeat(share.ravel(), 2), np.ones(_ROUND * k)])
+    return points, np.concatenate([tails, discs.reshape(-1, 3)]), density
+
+
+def _share_of_length(paths: Floats) -> Floats:
+    """How much of its path lies behind each place, 0..1, (p, k); zero on a path without length."""
+    run = np.zeros(paths.shape[:2])
+    np.cumsum(np.linalg.norm(np.diff(paths, axis=0), axis=2), axis=0, out=run[1:])
+    return np.divide(run, run[-1], out=np.zeros_like(run), where=run[-1] > 0)
+
+
+def _across(paths: Floats) -> Floats:
+    """Unit vectors to the left of flat paths, (p, k, 3) from (p, k, 2)."""
+    ahead = unit(np.gradient(paths, axis=0)) if len(paths) > 1 else np.zeros_like(paths)
+    return np.stack([-ahead[..., 1], ahead[..., 0], np.zeros(paths.shape[:2])], axis=2)
 
 
 def spread(points: Floats, distance: float) -> Ints:

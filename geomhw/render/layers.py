@@ -57,6 +57,22 @@ class Arrows:
 
 
 @dataclass(frozen=True)
+class Streaks:
+    """Particles as comets: a head where each is, and a tail that thins and fades along the way it came.
+
+    paths: (p, k, 3), of k particles, the latest place last. normals: (k, 3), unit, of the surface at the heads.
+    width: of a head, a fraction of the panel's shorter side; less where the surface is seen from its edge.
+    casing: the color of the line round them, which sets them off from whatever is below.
+    """
+
+    paths: Floats
+    normals: Floats
+    color: Color = "#ffffff"
+    casing: Color = "#14171c"
+    width: float = 0.0075
+
+
+@dataclass(frozen=True)
 class Marker:
     """A vertex marked by a disc, a ring where it is behind the surface, and a label that is always on top."""
 
@@ -75,6 +91,7 @@ class Panel:
     arrows: Sequence[Arrows] = ()
     markers: Sequence[Marker] = ()
     note: str = ""
+    streaks: Sequence[Streaks] = ()
 
 
 @dataclass(frozen=True)

@@ -117,7 +117,7 @@ def _panel(stage: Stage, panel: Panel, layout: Layout) -> Any:
     from PIL import ImageDraw
 
     shades = shade(panel.surface, stage.mesh)
-    large = Pillow.fromarray(stage.photograph(panel.surface, panel.arrows, shades))
+    large = Pillow.fromarray(stage.photograph(panel.surface, panel.arrows, shades, panel.streaks))
     _mark(ImageDraw.Draw(large), stage, panel.markers, layout)
     sheet = Pillow.new("RGB", (layout.width, layout.height), stage.theme.background)
     sheet.paste(large.resize(stage.size, Pillow.Resampling.BOX), (0, layout.title))

@@ -14,7 +14,7 @@ from geomhw.mesh.arrays import Floats
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.render import creases, glyphs, offscreen
 from geomhw.render.colors import Shades, shade
-from geomhw.render.layers import LIGHT, Arrows, Surface, Theme
+from geomhw.render.layers import LIGHT, Arrows, Streaks, Surface, Theme
 from geomhw.render.view import View, choose_view
 
 Image = NDArray[np.uint8]
@@ -25,6 +25,8 @@ SUPERSAMPLING = 2
 MARGIN = 0.03
 #: How far lines and arrows are brought towards the viewer, so that they do not drown in the surface.
 LIFT = 0.006
+#: How much wider the line round a streak is than the streak, and how dense.
+CASING, CASING_OPACITY = 0.6, 0.55
 #: Arrows are drawn where the cosine between normal and line of sight is larger.
 RIM = 0.2
 
@@ -55,6 +57,7 @@ class Stage:
             off_screen=True, window_size=[SUPERSAMPLING * width, SUPERSAMPLING * height], lighting="none"
         )
         self._plotter.set_background(theme.background)
+        self._plotter.renderer.SetUseOIT(False)  # translucent layers lie on each other in the order they are added
         self._light()
         self._aim()
 
@@ -74,8 +77,14 @@ class Stage:
         seen = self.view.project(points)[:, :2] / self.unit
         return np.asarray(np.array([width, height]) / 2 + seen * [1, -1] * height / 2)
 
-    def photograph(self, surface: Surface, arrows: Sequence[Arrows] = (), shades: Shades | None = None) -> Image:
-        """The picture, (h, w, 3), of the surface and the arrows on it, at ``SUPERSAMPLING`` times the size.
+    def photograph(
+        self,
+        surface: Surface,
+        arrows: Sequence[Arrows] = (),
+        shades: Shades | None = None,
+        streaks: Sequence[Streaks] = (),
+    ) -> Image:
+        """The picture, (h, w, 3), of the surface and what lies on it, at ``SUPERSAMPLING`` times the size.
 
         shades: the surface's, where they are at hand.
         """
@@ -83,6 +92,8 @@ class Stage:
         self._add_surface(surface, shades or shade(surface, self.mesh))
         for item in arrows:
             self._add_arrows(item)
+        for comets in streaks:
+            self._add_streaks(comets)
         self._plotter.render()
         picture: Image = np.array(self._plotter.screenshot(None, return_img=True))[..., :3]
         return picture
@@ -168,6 +179,28 @@ class Stage:
         points, triangles = glyphs.arrow_triangles(lifted, drawn, normals[keep])
         shape = pyvista.PolyData.from_regular_faces(points.astype(np.float32), triangles)
         self._plotter.add_mesh(shape, color=arrows.color, lighting=False, reset_camera=False, render=False)
+
+    def _add_streaks(self, streaks: Streaks) -> None:
+        import pyvista
+
+        width, height = self.size
+        facing = np.abs(streaks.normals @ self.view.axes[2])
+        shown = facing > RIM
+        if not shown.any():
+            return
+        radii = streaks.width * min(width / height, 1.0) * np.minimum(2 * facing[shown], 1.0)
+        paths = self.view.project(streaks.paths[:, shown]) / self.unit + np.array([0, 0, LIFT])
+        layers = [
+            (glyphs.comets(paths, (1 + CASING) * radii), streaks.casing, CASING_OPACITY),
+            (glyphs.comets(paths + np.array([0, 0, 0.2 * LIFT]), radii), streaks.color, 1.0),
+        ]
+        for (points, triangles, density), color, opacity in layers:
+            shape = pyvista.PolyData.from_regular_faces(points.astype(np.float32), triangles)
+            rgb = np.array([int(color[k : k + 2], 16) for k in (1, 3, 5)], dtype=np.uint8)
+            alpha = np.round(255 * opacity * density).astype(np.uint8)
+            shape.point_data["rgba"] = np.column_stack([np.tile(rgb, (len(points), 1)), alpha])
+            look = {"lighting": False, "show_scalar_bar": False, "reset_camera": False, "render": False}
+            self._plotter.add_mesh(shape, scalars="rgba", rgb=True, **look)
 
     # -- light and camera ----------------------------------------------------------------------------------------
 

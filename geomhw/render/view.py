@@ -10,6 +10,7 @@ import numpy as np
 
 from geomhw.mesh.arrays import Floats
 from geomhw.mesh.geometry import unit
+from geomhw.mesh.sampling import area_samples, points_on
 from geomhw.mesh.triangle_mesh import TriangleMesh
 
 #: A mesh is flat if it is this much thinner than wide.
@@ -90,18 +91,9 @@ def visible(mesh: TriangleMesh, view: View, vertices: Sequence[int]) -> list[boo
 
 def surface_samples(mesh: TriangleMesh, count: int) -> Floats:
     """Points spread evenly over the surface, (count, 3), the same ones every time."""
-    k = np.arange(count)
-    total = np.cumsum(mesh.face_areas)
-    if total[-1] <= 0:
+    if mesh.face_areas.sum() <= 0:
         return mesh.face_centers
-    face = np.minimum(np.searchsorted(total, (k + 0.5) / count * total[-1]), mesh.n_faces - 1)
-    # The plastic number gives two sequences that fill the unit square evenly; fold it to a triangle.
-    u, v = (0.5 + k / 1.324717957244746) % 1, (0.5 + k / 1.324717957244746**2) % 1
-    u, v = np.where(u + v > 1, 1 - u, u), np.where(u + v > 1, 1 - v, v)
-    corners = mesh.vertices[mesh.faces[face]]
-    return np.asarray(
-        corners[:, 0] + u[:, None] * (corners[:, 1] - corners[:, 0]) + v[:, None] * (corners[:, 2] - corners[:, 0])
-    )
+    return points_on(mesh, *area_samples(mesh, count))
 
 
 def _turn(p: Floats, q: Floats) -> Floats:
