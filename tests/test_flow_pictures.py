@@ -2,13 +2,16 @@
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 from test_render import count, needs_opengl
 
 from geomhw.mesh.primitives import icosphere
 from geomhw.render import flow_pictures
 from geomhw.render.flow_pictures import ARROW_COLOR, contact_sheet, flow_film
+from geomhw.render.glyphs import comets
 from geomhw.render.panels import PANEL_WIDTH
-from geomhw.results import Field, Result
+from geomhw.render.view import choose_view
+from geomhw.results import Cloud, Field, Result
 
 BALL = icosphere(2)
 SPIN = np.cross([0.0, 1.0, 0.0], BALL.face_centers)
@@ -85,6 +88,103 @@ def test_arrows(monkeypatch: pytest.MonkeyPatch) -> None:
     assert rest < 200  # the key under the panel
     assert fast > slow > rest
     assert fast - rest > 2 * (slow - rest)
+
+
+# -- streaks -----------------------------------------------------------------------------------------------------
+
+#: The sphere's faces that look at the viewer, and those on the far side.
+TOWARD = BALL.face_normals @ choose_view(BALL).axes[2]
+WHITE = "#ffffff"
+
+
+def cloud(faces: np.ndarray, turn: float = 0.0) -> Cloud:
+    """Tracers in the middle of faces, at time 1, that have turned about y by an angle, evenly, since time 0."""
+    x, times = BALL.face_centers[faces], np.linspace(0, 0.95, 20)
+    back = [Rotation.from_rotvec([0, -turn * (1 - t), 0]).apply(x) - x for t in times]
+    fields = [
+        Field("face", "vertex", faces),
+        Field("past", "vertex", np.stack(back, axis=1).reshape(len(x), -1).astype(np.float32)),
+        Field("past_times", "mesh", times),
+        Field("time", "mesh", np.array([1.0])),
+    ]
+    return Cloud(x, fields)
+
+
+def sphere_of(picture: np.ndarray) -> np.ndarray:
+    """Pixels of the sphere, (1, k, 3)."""
+    row, column = np.indices(picture.shape[:2])
+    return np.asarray(picture[(row - 362) ** 2 + (column - 300) ** 2 < 277**2][None])
+
+
+def white(faces: np.ndarray, turn: float = 0.0, speed: float = 0.0) -> int:
+    """White pixels on the sphere in a frame with these tracers; the flow has that speed."""
+    (picture,) = flow_film([moment(BALL.vertices[:, 0], speed * SPIN)], [cloud(faces, turn)])
+    return count(sphere_of(picture), WHITE)
+
+
+@pytest.fixture
+def _same_view(monkeypatch: pytest.MonkeyPatch) -> None:
+    """That of the sphere, wherever it flows fastest."""
+    monkeypatch.setattr(flow_pictures, "choose_view", lambda mesh, interest: choose_view(mesh))
+
+
+@needs_opengl
+@pytest.mark.usefixtures("_same_view")
+def test_heads_of_streaks() -> None:
+    """A head for each particle in front, none for those behind or seen edge on; so many pixels each."""
+    front, behind, rim = np.flatnonzero(TOWARD > 0.9), np.flatnonzero(TOWARD < -0.2), np.flatnonzero(abs(TOWARD) < 0.15)
+    assert min(len(front), len(behind), len(rim)) > 5
+    assert white(behind) == white(rim) == 0
+    one = white(front[:1])
+    assert one >= 4
+    assert white(front) == pytest.approx(len(front) * one, rel=0.3)
+
+
+@needs_opengl
+@pytest.mark.usefixtures("_same_view")
+def test_tails_of_streaks() -> None:
+    """A particle that moves has a tail, behind it; longer ones for faster ones, but of the same time in all frames."""
+    front = np.flatnonzero(TOWARD > 0.9)
+    rest, slow, fast = (white(front, turn, speed=0.5) for turn in (0.0, 0.1, 0.3))
+    assert fast > slow > rest
+    # In a film of faster flow a streak is of less time, so shorter.
+    assert white(front, 0.3, speed=20.0) < (fast + rest) / 2
+
+
+@needs_opengl
+@pytest.mark.usefixtures("_same_view")
+def test_streaks_have_a_dark_line_round_them() -> None:
+    """On a dye as white as they are, they are seen."""
+    front = np.flatnonzero(TOWARD > 0.9)
+    pale = [Field("color", "vertex", np.ones((BALL.n_vertices, 3)))]
+    frame = Result(BALL, pale + [field for field in moment(0.0).fields if field.name != "color"])
+    (seen,), (hidden,) = (flow_film([frame], [cloud(faces)]) for faces in (front, np.flatnonzero(TOWARD < -0.5)))
+    darker = hidden.astype(int).max(axis=2) - seen.max(axis=2) > 40
+    assert 5 * len(front) < darker.sum() < 60 * len(front)
+
+
+def test_comets() -> None:
+    """A tail from nothing to full width across its way, and a disc at its end, in closed form on a straight path."""
+    paths = np.stack([np.linspace(0, 4, 5), np.full(5, 2.0), np.zeros(5)], axis=1)[:, None]
+    points, triangles, density = comets(paths, np.array([0.5]))
+    left, right = points[:10].reshape(5, 2, 3).transpose(1, 0, 2)
+    np.testing.assert_allclose(right[:, 1] - left[:, 1], 2 * 0.5 * np.linspace(0, 1, 5), atol=1e-15)
+    np.testing.assert_allclose(left[:, 0], paths[:, 0, 0])
+    np.testing.assert_allclose(np.linalg.norm(points[10:] - paths[-1, 0], axis=1), 0.5)
+    np.testing.assert_allclose(density[:10], np.repeat(np.linspace(0, 1, 5), 2))
+    corners = points[triangles]
+    areas = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1) / 2
+    disc = len(points[10:]) / 2 * np.sin(2 * np.pi / len(points[10:])) * 0.25
+    assert areas.sum() == pytest.approx(4 * 1.0 / 2 + disc)
+
+
+@pytest.mark.parametrize("places", [1, 2, 5])
+def test_comets_at_rest(places: int) -> None:
+    """Without a way there is a disc, and nothing that is not finite."""
+    points, triangles, density = comets(np.ones((places, 3, 3)), np.full(3, 0.1))
+    assert np.isfinite(points).all()
+    assert np.isfinite(density).all()
+    assert triangles.max() == len(points) - 1
 
 
 @needs_opengl

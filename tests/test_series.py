@@ -11,15 +11,15 @@ import scipy.io
 import scipy.sparse as sp
 from PIL import Image
 
-from geomhw.errors import FormatError, RenderError
-from geomhw.io import read, series
+from geomhw.errors import FieldError, FormatError, RenderError
+from geomhw.io import read, read_cloud, series, write_cloud
 from geomhw.io.checkpoint import read_checkpoint, write_checkpoint
 from geomhw.io.film import require_mp4, write_gif, write_mp4
 from geomhw.io.matrix import write_matrix
 from geomhw.io.series import Frame, SeriesWriter, read_series
 from geomhw.io.table import write_csv
 from geomhw.mesh.primitives import icosphere
-from geomhw.results import Field, Result
+from geomhw.results import Cloud, Field, Result
 
 BALL = icosphere(0)
 #: Numbers that need all their digits, or few.
@@ -110,12 +110,69 @@ def test_failure_leaves_a_valid_series(broken: str, tmp_path: Path, monkeypatch:
         ("a.vtp", False),
         ("sub/a.00000.vtp", False),
         ("sub/../a.00000.vtp", True),
+        ("a.tracers.00000.vtp", True),
+        ("a.tracers.vtp.series", True),
+        ("a.tracers.vtp", False),
     ],
 )
 def test_which_files_are_of_a_series(name: str, ours: bool, tmp_path: Path) -> None:
     """Both indices and all frames that may ever come, in their folder only."""
     (tmp_path / "sub").mkdir()
     assert SeriesWriter(tmp_path / "a.pvd").writes(tmp_path / name) is ours
+
+
+def points(value: float) -> Cloud:
+    """Three points with arrays of all kinds, a wide one too."""
+    fields = [
+        Field("u", "vertex", np.full(3, value)),
+        Field("id", "vertex", np.arange(3, dtype=np.int32)),
+        Field("past", "vertex", np.arange(180, dtype=np.float32).reshape(3, 60)),
+        Field("times", "mesh", np.array(DOUBLES)),
+    ]
+    return Cloud(np.array([[0.1, 1 / 3, -0.0], [1e300, 5e-324, 2.0], [0.0, value, 0.0]]), fields)
+
+
+def test_points_as_they_were(tmp_path: Path) -> None:
+    """Points without faces come back to the last bit, with the types of their arrays; the same bytes twice."""
+    for name in ("a.vtp", "b.vtp"):
+        write_cloud(points(0.1), tmp_path / name)
+    assert (tmp_path / "a.vtp").read_bytes() == (tmp_path / "b.vtp").read_bytes()
+    found, expected = read_cloud(tmp_path / "a.vtp"), points(0.1)
+    assert found.points.tobytes() == expected.points.tobytes()
+    for field in expected.fields:
+        assert found[field.name].dtype == np.asarray(field.values).dtype
+        np.testing.assert_array_equal(found[field.name], field.values)
+    with pytest.raises(KeyError, match="no field 'v'; there are u, id, past, times"):
+        found["v"]
+    with pytest.raises(FormatError, match="no faces, only vertex cells"):
+        read(tmp_path / "a.vtp")
+
+
+def test_points_that_are_none(tmp_path: Path) -> None:
+    """Rows for points that are not there, faces, another extension, a file that is no VTK file."""
+    for location, rows in (("vertex", 2), ("face", 3)):
+        with pytest.raises(FieldError, match="'u'"):
+            Cloud(np.zeros((3, 3)), [Field("u", location, np.zeros(rows))])  # type: ignore[arg-type]
+    with pytest.raises(FormatError, match=r"\.ply"):
+        write_cloud(points(0), tmp_path / "a.ply")
+    (tmp_path / "a.vtp").write_text("<VTKFile")
+    with pytest.raises(FormatError, match="is not a whole VTK XML file"):
+        read_cloud(tmp_path / "a.vtp")
+    with pytest.raises(FormatError, match="no such file"):
+        read_cloud(tmp_path / "b.vtp")
+
+
+def test_series_with_tracers(tmp_path: Path) -> None:
+    """Points as part 1 of each time, files and an index of their own; frames read back are those of the mesh."""
+    writer = SeriesWriter(tmp_path / "a.pvd")
+    for k, time in enumerate(DOUBLES):
+        writer.add(time, frame(k), points(k))
+        assert read_series(writer.path) == writer.frames  # valid after each
+    assert [f.tracers for f in writer.frames] == [f"a.tracers.{k:05d}.vtp" for k in range(len(DOUBLES))]
+    assert [read_cloud(tmp_path / str(f.tracers))["u"][0] for f in writer.frames] == list(range(len(DOUBLES)))
+    index = json.loads((tmp_path / "a.tracers.vtp.series").read_text())
+    assert [(f["time"], f["name"]) for f in index["files"]] == [(f.time, f.tracers) for f in writer.frames]
+    assert "tracers" not in (tmp_path / "a.vtp.series").read_text()
 
 
 @pytest.mark.parametrize(
