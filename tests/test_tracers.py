@@ -249,6 +249,58 @@ def test_sources_and_sinks() -> None:
     assert (tracer.positions(off)[:, 2] > -0.9).all()
 
 
+def wheel(turn: float, inward: float) -> tuple[TriangleMesh, np.ndarray]:
+    """Six faces round a vertex at 0, and a field that turns about it and draws near to it."""
+    rim = np.exp(2j * np.pi * np.arange(6) / 6)
+    vertices = np.concatenate([np.zeros((1, 3)), np.stack([rim.real, rim.imag, 0 * rim.real], axis=1)])
+    mesh = TriangleMesh(vertices, [[0, 1 + k, 1 + (k + 1) % 6] for k in range(6)])
+    return mesh, turn * np.cross(Z, mesh.face_centers) - inward * mesh.face_centers
+
+
+def test_closed_turns() -> None:
+    """Round a vertex, on a hexagon: each turn takes what its way takes, and a million of them change nothing."""
+    mesh, V = wheel(1.0, 0.0)
+    tracer = Tracer(mesh)
+    start = Particles(np.array([2]), np.array([[0.9, 0.06, 0.04]]))
+    # The hexagon through the particle has sides as long as it is far from the center, along its side.
+    period = 6 * 0.1 / np.linalg.norm(V[0])
+    for turns in (1, 3, 10**6):
+        end = tracer.positions(tracer.advance(start, V, turns * period))
+        np.testing.assert_allclose(end, tracer.positions(start), atol=1e-13 * turns)
+
+
+def test_spirals() -> None:
+    """What comes back a little nearer to the center is on no circle: one long step is as many short ones."""
+    mesh, V = wheel(1.0, 1e-4)
+    tracer = Tracer(mesh)
+    start = parts = Particles(np.array([2]), np.array([[0.9, 0.06, 0.04]]))
+    for _ in range(100):
+        parts = tracer.advance(parts, V, 0.2)
+    whole = tracer.advance(start, V, 20.0)
+    np.testing.assert_allclose(tracer.positions(whole), tracer.positions(parts), atol=1e-12)
+    assert 1 - whole.weights[0, 0] < 0.99 * (1 - start.weights[0, 0])
+
+
+def test_spirals_end(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Endless turns about a vertex, in ever shorter time, are not followed to the end."""
+    monkeypatch.setattr(tracing, "MOST_CROSSINGS", 100)
+    mesh, V = wheel(1.0, 1e-4)
+    near = Particles(np.array([2]), np.array([[1 - 8e-4, 4e-4, 4e-4]]))
+    end = Tracer(mesh).positions(Tracer(mesh).advance(near, V, 20.0))
+    assert np.linalg.norm(end) < tracing.CORE
+
+
+def test_the_fastest_way_off() -> None:
+    """From a vertex that all faces lead away from, a particle goes where the field is fastest."""
+    mesh, V = wheel(0.0, -1.0)
+    for fastest in range(6):
+        W = V * np.where(np.arange(6) == fastest, 3.0, 2.0)[:, None]
+        for face in range(6):
+            at_vertex = Particles(np.array([face]), np.array([[1.0, 0.0, 0.0]]))
+            end = Tracer(mesh).positions(Tracer(mesh).advance(at_vertex, W, 0.1))
+            np.testing.assert_allclose(end[0], 0.1 * W[fastest], atol=1e-15)
+
+
 def test_at_rest() -> None:
     """Without a flow, or without time, nothing moves, to the last bit."""
     mesh = zoo_mesh("crumpled_sphere")
@@ -446,6 +498,23 @@ def test_cloud() -> None:
     assert follow.cloud(tracers, V, mesh.vertices[:, 0])["color"].shape == (40,)
 
 
+def test_traced_scheme_is_second_order() -> None:
+    """Tracers in a flow that changes: halved steps quarter their error."""
+    mesh = icosphere(2)
+
+    def end(steps: int) -> np.ndarray:
+        scheme = TracedScheme(ConservativeScheme(mesh, filter=False), 100)
+        state = scheme.start(3 * random_field(mesh, 1), mesh.vertices[:, 0])
+        for _ in range(steps):
+            state = scheme.step(state, 0.2 / steps, None)
+        return scheme.cloud(state).points
+
+    exact = end(256)
+    errors = [np.median(np.linalg.norm(end(steps) - exact, axis=1)) for steps in (8, 16, 32)]
+    assert np.log2(errors[0] / errors[1]) > 1.7
+    assert np.log2(errors[1] / errors[2]) > 1.7
+
+
 def test_traced_scheme() -> None:
     """The flow is, to the last bit, that without tracers; they keep up with it, and turn with a solid rotation."""
     mesh = icosphere(3)
@@ -459,6 +528,8 @@ def test_traced_scheme() -> None:
     np.testing.assert_array_equal(one.color, two.color)
     np.testing.assert_array_equal(traced.velocity(two), plain.velocity(one))
     assert tracers_of(two).time == one.time
+    assert (np.diff(tracers_of(two).times) >= 0).all()
+    assert 0 == tracers_of(two).times[0] < tracers_of(two).times[-1] <= one.time
     # The color is where the fluid was at the start: so are the tracers, but for what the mesh cannot resolve.
     cloud = traced.cloud(two)
     was = Tracer(mesh).positions(Tracer(mesh).seed(200))
