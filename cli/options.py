@@ -33,6 +33,12 @@ robust_option = click.option(
     "faces meet.",
 )
 
+refine_option = click.option(
+    "--refine/--no-refine",
+    default=None,
+    help="Correct the distances by unfolding them from triangle to triangle.  [default: with --robust]",
+)
+
 output_option = click.option(
     "-o",
     "--output",

@@ -13,6 +13,7 @@ from scipy.spatial import KDTree
 
 from geomhw.errors import ConvergenceError
 from geomhw.mesh.arrays import Floats, Ints
+from geomhw.mesh.distances import edge_path_distance
 from geomhw.mesh.geometry import unit
 from geomhw.mesh.polyhedral import PolyhedralSurface
 from geomhw.mesh.robust import RobustTriangulation
@@ -20,6 +21,7 @@ from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.methods.heat_flow import HeatFlow
 from geomhw.methods.sources import checked_sources
 from geomhw.methods.time_step import TimeStep
+from geomhw.methods.unfolding import Unfolding
 from geomhw.operators.gradient import divergence, hat_gradients
 from geomhw.results import Field, Result
 from geomhw.solvers.direct import DirectSolver
@@ -32,7 +34,8 @@ class HeatDistance:
 
     time: as in `time_step`. robust: compute on the intrinsic Delaunay triangulation of the mesh, see
     `RobustTriangulation`, where heat is nowhere negative and faces without area do no harm; h is then the mean edge
-    length there. MeshError if a face has no area and that is not asked for, FieldError for a time that is none.
+    length there. refine: correct the distances by `Unfolding`; by default where robust is asked for. MeshError if a
+    face has no area and robust is not asked for, FieldError for a time that is none.
 
     >>> from geomhw.mesh.primitives import icosphere
     >>> result = HeatDistance(icosphere(3)).from_vertices([7])
@@ -40,8 +43,11 @@ class HeatDistance:
     3.09
     """
 
-    def __init__(self, mesh: TriangleMesh, time: str | float = "auto", robust: bool = False) -> None:
+    def __init__(
+        self, mesh: TriangleMesh, time: str | float = "auto", robust: bool = False, refine: bool | None = None
+    ) -> None:
         self.mesh = mesh
+        self._refine = robust if refine is None else refine
         self.robust = RobustTriangulation.of(mesh) if robust else None
         self._domain = self.robust.surface if self.robust else mesh
         self._flow = HeatFlow(self._domain, time)
@@ -59,11 +65,16 @@ class HeatDistance:
         mesh = self.mesh
         return DirectSolver(self._flow.stiffness, free_unknowns(mesh.components, mesh.unreferenced_vertices))
 
+    @cached_property
+    def _unfolding(self) -> Unfolding:
+        return Unfolding(self._domain)
+
     def from_vertices(self, sources: Sequence[int] | Ints) -> Result:
         """Distance from the nearest of the source vertices.
 
         Fields, per vertex: ``heat`` u, with (M + tS) u = 1 at each source; ``divergence``, integrated, of the unit
-        field; ``distance`` (length), exactly 0 at the sources, positive elsewhere, inf on components without one. Per
+        field; ``distance`` (length), exactly 0 at the sources, positive elsewhere and no longer than the shortest path
+        along edges, inf on components without a source. Per
         face of the mesh: ``heat_gradient`` ∇u, ``direction`` -∇u/|∇u|, zero where no heat comes or there is no area.
         """
         mesh = self.mesh
@@ -74,6 +85,9 @@ class HeatDistance:
         reached = self._flow.reached(impulse)
         spread = self._divergence @ unit(-_slopes(self._domain, self._hats, heat)).ravel()
         distance = self._distance(spread, wanted, reached)
+        if self._refine:
+            unfolded = self._unfolding(np.where(impulse > 0, 0.0, np.inf), distance)
+            distance = np.maximum(unfolded, self._chord(wanted))
         u = heat.plain
         fields = [
             Field("heat", "vertex", u),
@@ -99,17 +113,22 @@ class HeatDistance:
             phi = DirectSolver(self._flow.stiffness, held)(-spread)
         phi[sources] = 0.0
         phi[~reached] = np.inf
-        return self._above_zero(phi, sources)
+        return self._bounded(phi, sources)
 
-    def _above_zero(self, distance: Floats, sources: Ints) -> Floats:
-        """Where the method errs below zero, which it can beside a source, the chord to the nearest source instead."""
+    def _bounded(self, distance: Floats, sources: Ints) -> Floats:
+        """No longer than the shortest path along edges; and where the method errs below zero, as it can beside a
+        source, no shorter than the chord."""
+        distance = np.minimum(distance, edge_path_distance(self._domain, sources))
         low = distance <= 0
         low[sources] = False
         if low.any():
-            points = self.mesh.vertices
-            # No path on the surface is shorter than the chord.
-            distance[low] = KDTree(points[sources]).query(points[low])[0]
+            distance[low] = self._chord(sources)[low]
         return distance
+
+    def _chord(self, sources: Ints) -> Floats:
+        """Straight distance in space from the nearest source, (n,): no path on the surface is shorter."""
+        points = self.mesh.vertices
+        return np.asarray(KDTree(points[sources]).query(points)[0])
 
     def _report(self, sources: Ints, distance: Floats) -> dict[str, Any]:
         finite = np.isfinite(distance)
@@ -123,6 +142,7 @@ class HeatDistance:
             "farthest": {"vertex": farthest, "distance": float(distance[farthest])},
             "mean_distance": float(distance[finite].mean()),
             "unreachable_vertices": unreached,
+            "refined": self._refine,
         } | ({"robust": self.robust.report()} if self.robust else {})
 
 
@@ -141,7 +161,11 @@ def _combined(corners: Floats, hats: Floats) -> Floats:
 
 
 def heat_distance(
-    mesh: TriangleMesh, sources: Sequence[int] | Ints, time: str | float = "auto", robust: bool = False
+    mesh: TriangleMesh,
+    sources: Sequence[int] | Ints,
+    time: str | float = "auto",
+    robust: bool = False,
+    refine: bool | None = None,
 ) -> Floats:
     """Geodesic distance from the nearest source, (n,); for several questions keep a `HeatDistance`."""
-    return np.asarray(HeatDistance(mesh, time, robust).from_vertices(sources)["distance"])
+    return np.asarray(HeatDistance(mesh, time, robust, refine).from_vertices(sources)["distance"])
