@@ -75,7 +75,8 @@ def test_any_layout(tmp_path, form, newline):
     result = read(load(tmp_path, header + BODIES[form]))
     np.testing.assert_array_equal(result.mesh.vertices, SQUARE.vertices)
     np.testing.assert_array_equal(result.mesh.faces, SQUARE.faces)
-    assert result.report == {"file": "moo.ply", "format": "PLY", "polygons": 1, "ignored": ["material", "edge"]}
+    notes = {"polygons": 1, "ignored": ["material", "edge"], "single_precision": ["vel", "area"]}
+    assert result.report == {"file": "moo.ply", "format": "PLY", **notes}
     assert [(field.name, field.location) for field in result.fields] == [
         ("vel", "vertex"),
         ("area", "face"),

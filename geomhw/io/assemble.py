@@ -45,12 +45,20 @@ def assemble(name: str, kind: str, content: Polygons, *, checked: bool = False) 
     if polygons := int(np.count_nonzero(content.sizes > 3)):
         report["polygons"] = polygons
     report.update(content.notes)
+    if single := _single_precision(content):
+        report["single_precision"] = single
     fields = [
         *_fields(name, content.vertex_arrays, "vertex", len(content.points), None),
         *_fields(name, content.face_arrays, "face", len(content.sizes), origin if polygons else None),
         *_fields(name, content.mesh_arrays, "mesh", None, None),
     ]
     return Result(mesh, fields, report)
+
+
+def _single_precision(content: Polygons) -> list[str]:
+    """Which of positions and arrays the file holds in single precision: they are exact to 6e-8 and no more."""
+    arrays = {"positions": content.points, **content.vertex_arrays, **content.face_arrays, **content.mesh_arrays}
+    return [name for name, array in arrays.items() if array.dtype.kind == "f" and array.dtype.itemsize <= 4]
 
 
 def face_place(name: str) -> Callable[[int], str]:

@@ -1,5 +1,7 @@
 """PNG pictures."""
 
+import io
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -8,6 +10,10 @@ from numpy.typing import NDArray
 
 from geomhw.errors import FormatError
 from geomhw.io.atomic import replacing
+from geomhw.io.content import content
+
+#: Kinds of PNG with up to 8 bits a channel, as Pillow calls them.
+_MODES = {"1", "L", "LA", "P", "RGB", "RGBA"}
 
 
 def write_png(path: str | Path, image: NDArray[Any]) -> None:
@@ -18,3 +24,20 @@ def write_png(path: str | Path, image: NDArray[Any]) -> None:
 
     with replacing([path]) as (temporary,):
         Image.fromarray(np.ascontiguousarray(image)).save(temporary, format="PNG", compress_level=6)
+
+
+def read_png(path: str | Path) -> NDArray[np.uint8]:
+    """The picture, (h, w, 4): red, green, blue and opacity."""
+    from PIL import Image
+
+    path = Path(path)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", Image.DecompressionBombWarning)
+            picture = Image.open(io.BytesIO(content(path)), formats=["PNG"])
+            if picture.mode in _MODES:
+                return np.asarray(picture.convert("RGBA"))
+    except (OSError, SyntaxError, ValueError, Image.DecompressionBombError, Image.DecompressionBombWarning) as error:
+        reason = "it is no PNG" if isinstance(error, Image.UnidentifiedImageError) else error
+        raise FormatError(f"{path.name} cannot be read as a picture: {reason}") from None
+    raise FormatError(f"{path.name} has more than 8 bits a channel, which is not read")

@@ -1,14 +1,19 @@
-"""Sparse matrices to files: scipy's ``.npz``, or Matrix Market ``.mtx``."""
+"""Sparse matrices to files, scipy's ``.npz`` or Matrix Market ``.mtx``; these and numpy's arrays back from them."""
 
+import io
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from geomhw.errors import FormatError
 from geomhw.io.atomic import replacing
+from geomhw.io.content import content
 
 #: Extensions that ``write_matrix`` knows.
 WRITABLE_MATRICES = (".npz", ".mtx")
+#: The name of what has none in its file: a sparse matrix, the array of a ``.npy``.
+UNNAMED = "values"
 
 
 def write_matrix(path: str | Path, matrix: Any) -> None:
@@ -30,3 +35,33 @@ def write_matrix(path: str | Path, matrix: Any) -> None:
             from scipy.io import mmwrite
 
             mmwrite(stream, matrix, comment="geomhw", precision=17, symmetry="general")
+
+
+def read_arrays(path: str | Path) -> dict[str, Any]:
+    """Arrays and sparse matrices of a ``.npy``, ``.npz`` or ``.mtx`` file by name; ``UNNAMED`` where it has none."""
+    path = Path(path)
+    stream = io.BytesIO(content(path))
+    try:
+        return _of_market(stream) if path.suffix.lower() == ".mtx" else _of_numpy(stream)
+    except Exception as error:  # zip, pickle, struct, numpy and scipy each have their own
+        what = "Matrix Market" if path.suffix.lower() == ".mtx" else "a numpy file"
+        reason = " ".join(str(error).split())[:150]
+        raise FormatError(f"{path.name} cannot be read as {what}: {reason}") from error
+
+
+def _of_market(stream: io.BytesIO) -> dict[str, Any]:
+    from scipy.io import mmread
+
+    return {UNNAMED: mmread(stream)}
+
+
+def _of_numpy(stream: io.BytesIO) -> dict[str, Any]:
+    stored = np.load(stream, allow_pickle=False)
+    if isinstance(stored, np.ndarray):
+        return {UNNAMED: stored}
+    if {"format", "shape", "data"} <= set(stored.files):
+        from scipy.sparse import load_npz
+
+        stream.seek(0)
+        return {UNNAMED: load_npz(stream)}
+    return dict(stored.items())

@@ -76,7 +76,7 @@ def _result(name: str, found: dict[str, _Columns], ignored: list[str]) -> Result
         name,
         "PLY",
         Polygons(
-            points=np.stack([np.asarray(vertex[axis], dtype=np.float64) for axis in "xyz"], axis=1),
+            points=np.stack([np.asarray(vertex[axis]) for axis in "xyz"], axis=1),
             corners=polygons.flat.astype(np.int64),
             sizes=polygons.sizes,
             vertex_arrays=_vectors({k: v for k, v in vertex.items() if k not in ("x", "y", "z")}),

@@ -1,11 +1,11 @@
 """The one way in: a path, and the reader that its extension asks for."""
 
-import os
 from collections.abc import Callable
 from pathlib import Path
 
 from geomhw.errors import FormatError
 from geomhw.io import external
+from geomhw.io.content import content
 from geomhw.io.obj import read_obj
 from geomhw.io.off import read_off
 from geomhw.mesh.triangle_mesh import TriangleMesh
@@ -88,17 +88,4 @@ def read_cloud(path: str | Path) -> Cloud:
 
 def _bytes(path: Path) -> bytes:
     """What is in the file; one that is empty is refused."""
-    try:
-        if path.suffix.lower() in external.FORMATS:
-            with path.open("rb") as stream:
-                data = stream.read(1)
-        else:
-            data = path.read_bytes()
-    except FileNotFoundError:
-        raise FormatError(f"{path}: there is no such file") from None
-    except OSError as error:
-        what = "it is a folder" if os.path.isdir(path) else (error.strerror or str(error)).lower()
-        raise FormatError(f"{path} cannot be read: {what}") from error
-    if not data:
-        raise FormatError(f"{path} is an empty file")
-    return data
+    return content(path, 1 if path.suffix.lower() in external.FORMATS else None)

@@ -17,7 +17,7 @@ def read_stl(name: str, data: bytes) -> Result:
     """The welded mesh; vertices come in the order in which the file first names them."""
     binary = len(data) >= _HEAD and len(data) == _HEAD + _FACET.itemsize * int.from_bytes(data[80:84], "little")
     if binary:
-        soup = np.frombuffer(data, dtype=_FACET, offset=_HEAD)["corners"].reshape(-1, 3).astype(np.float64)
+        soup = np.frombuffer(data, dtype=_FACET, offset=_HEAD)["corners"].reshape(-1, 3)
     elif data[:5].lower() == b"solid":
         soup = _text(name, data)
     else:

@@ -68,7 +68,7 @@ def surface(name: str, kind: str, data: Dataset) -> Result:
         raise FormatError(f"{name} has no faces" + (f", only {', '.join(others.values())} cells" if others else ""))
     begins = np.cumsum(sizes) - sizes
     content = Polygons(
-        points=data.points.reshape(-1, 3).astype(np.float64),
+        points=data.points.reshape(-1, 3),
         corners=corners[ragged(begins[is_face], sizes[is_face])] if others else corners,
         sizes=sizes[is_face],
         vertex_arrays=data.vertex_arrays,
