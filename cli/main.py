@@ -7,6 +7,7 @@ import click
 from geomhw import __version__
 from geomhw.errors import GeomhwError
 from geomhw_cli.advect import advect
+from geomhw_cli.compare import compare
 from geomhw_cli.fluid import fluid
 from geomhw_cli.geodesic import geodesic
 from geomhw_cli.helmholtz import helmholtz
@@ -15,16 +16,25 @@ from geomhw_cli.operators import operators
 from geomhw_cli.vecdiffuse import vecdiffuse
 
 
+class Trouble(click.ClickException):
+    """A failure of a command whose exit code 1 is an answer, as it is of diff and cmp."""
+
+    exit_code = 2
+
+
 class Program(click.Group):
-    """Turns what the library refuses into one line on stderr and exit code 1."""
+    """Turns what the library refuses into one line on stderr and exit code 1, or 2 of ``compare``."""
 
     def invoke(self, ctx: click.Context) -> Any:
         try:
             return super().invoke(ctx)
         except GeomhwError as error:
-            raise click.ClickException(str(error)) from error
+            raise self._failure(ctx, str(error)) from error
         except MemoryError as error:
-            raise click.ClickException("there is not enough memory for this mesh") from error
+            raise self._failure(ctx, "there is not enough memory for this mesh") from error
+
+    def _failure(self, ctx: click.Context, message: str) -> click.ClickException:
+        return (Trouble if ctx.invoked_subcommand == "compare" else click.ClickException)(message)
 
 
 @click.group(cls=Program, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
@@ -34,11 +44,12 @@ def program() -> None:
 
     \b
     Exit codes: 0 done; 1 the input or the computation failed (one line on stderr says
-    why, and no output is left half written); 2 wrong usage.
+    why, and no output is left half written); 2 wrong usage. Of compare: 0 same,
+    1 different, 2 trouble.
     """
 
 
-for command in (advect, fluid, geodesic, helmholtz, info, operators, vecdiffuse):
+for command in (advect, compare, fluid, geodesic, helmholtz, info, operators, vecdiffuse):
     program.add_command(command)
 
 

@@ -17,6 +17,8 @@ ALLOWED = {
     "methods": {"mesh", "operators", "solvers", "results"},
     "io": {"mesh", "results"},
     "render": {"mesh", "results"},
+    # Reads two files and says what differs: above io, and below nothing but the program.
+    "comparison": {"mesh", "results", "io"},
 }
 #: The array types are a vocabulary, not a mesh: they are open to all, as errors are.
 OPEN = {"geomhw.errors", "geomhw.mesh.arrays"}
@@ -83,7 +85,7 @@ def loaded_by(arguments: list[str]) -> set[str]:
     return set(run.stderr.split())
 
 
-@pytest.mark.parametrize("arguments", [["--help"], ["geodesic", "--help"], ["--version"]])
+@pytest.mark.parametrize("arguments", [["--help"], ["geodesic", "--help"], ["compare", "--help"], ["--version"]])
 def test_help_loads_nothing_heavy(arguments: list[str]) -> None:
     """Help and version load neither numpy nor anything above it."""
     assert not loaded_by(arguments) & {"numpy", "scipy", "meshio", "pyvista", "vtkmodules", "PIL"}
