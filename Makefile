@@ -6,7 +6,7 @@ BIN = $(VENV)/bin
 BENCH = .venv-bench
 DEMO = demo
 
-.PHONY: demo test lint bench clean
+.PHONY: demo test lint bench golden clean
 
 # Runs the main job: geodesic distance on the creature of data/, as VTK and PNG.
 demo: $(VENV)/.installed
@@ -27,6 +27,10 @@ lint: $(VENV)/.developing
 # GEOMHW_REFERENCE names a folder of more meshes.
 bench: $(BENCH)/.installed
 	OPENBLAS_NUM_THREADS=1 $(BENCH)/bin/python tests/benchmarks/transport.py
+
+# Renews the results that tests/test_golden.py compares with: after a change that is meant.
+golden: $(VENV)/.developing
+	$(BIN)/python tests/golden/renew.py
 
 clean:
 	rm -rf $(VENV) $(BENCH) $(DEMO) build dist *.egg-info
