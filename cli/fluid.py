@@ -91,6 +91,7 @@ def fluid(
     Example: geomhw fluid moomoo.off --init rigid:y --force none --cfl 1 --until 6.283 --gif flow.gif
     """
     from geomhw.methods.fluid.run import run
+    from geomhw.methods.fluid.scheme import VorticityScheme
     from geomhw.methods.fluid.state import Gauges
     from geomhw.methods.fluid.traced import TracedScheme
     from geomhw.render.flow_pictures import contact_sheet, flow_film
@@ -101,13 +102,14 @@ def fluid(
     reel = Reel.plan(job, output, gif, mp4, png, csv, inputs)
     mesh = job.read()
     with job.stage("set up"):
-        scheme, force = _scheme(mesh, choices), _force(mesh, choices, plan.dt)
-        if choices["tracers"]:
-            scheme = TracedScheme(scheme, choices["tracers"])
+        untraced, force = _scheme(mesh, choices), _force(mesh, choices, plan.dt)
+        scheme = TracedScheme(untraced, choices["tracers"]) if choices["tracers"] else untraced
         gauges = Gauges(scheme)
         state = resumed(reel, mesh, restart, choices) if restart else None
         if state is None:
-            state = scheme.start(specs.flow(choices["init"], mesh), specs.color(choices["color_spec"], mesh))
+            model = untraced.model if isinstance(untraced, VorticityScheme) else None
+            velocity = specs.flow(choices["init"], mesh, model)
+            state = scheme.start(velocity, specs.color(choices["color_spec"], mesh))
     try:
         with job.stage("compute and write"), progress("fluid") as bar:
             for moment in run(scheme, state, plan, force):

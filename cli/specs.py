@@ -8,6 +8,7 @@ import click
 if TYPE_CHECKING:
     from geomhw.mesh.arrays import Floats
     from geomhw.mesh.triangle_mesh import TriangleMesh
+    from geomhw.methods.fluid.vorticity import VorticityModel
 
 FIELD_HELP = (
     "rotation:AXIS (tangential, unit length, times 10 h), rigid:AXIS (one radian a unit of time), AXIS being x, y, z "
@@ -42,8 +43,11 @@ def field(spec: str, mesh: "TriangleMesh") -> "Floats":
     raise click.UsageError(f"'{spec}' is no field; give {FIELD_HELP}.")
 
 
-def flow(spec: str, mesh: "TriangleMesh") -> "Floats":
-    """An initial velocity per face, (m, 3): any field, or one of those that a fluid knows."""
+def flow(spec: str, mesh: "TriangleMesh", model: "VorticityModel | None" = None) -> "Floats":
+    """An initial velocity per face, (m, 3): any field, or one of those that a fluid knows.
+
+    model: of the mesh, if there is one already; it is made where it is needed.
+    """
     from geomhw.methods.flow_fields import random_field
     from geomhw.methods.fluid import initial
     from geomhw.methods.fluid.vorticity import VorticityModel
@@ -53,11 +57,11 @@ def flow(spec: str, mesh: "TriangleMesh") -> "Floats":
         seed, _, waves = rest.partition(":")
         return random_field(mesh, whole(seed, spec), whole(waves or "8", spec))
     if kind == "rossby-haurwitz":
-        return initial.rossby_haurwitz(VorticityModel(mesh), whole(rest, spec))
+        return initial.rossby_haurwitz(model or VorticityModel(mesh), whole(rest, spec))
     if kind == "harmonic":
-        return initial.harmonic(VorticityModel(mesh), whole(rest, spec))
+        return initial.harmonic(model or VorticityModel(mesh), whole(rest, spec))
     if kind == "vortices":
-        return initial.vortices(VorticityModel(mesh), _circulations(rest, spec))
+        return initial.vortices(model or VorticityModel(mesh), _circulations(rest, spec))
     return field(spec, mesh)
 
 

@@ -48,6 +48,15 @@ def middle(picture: np.ndarray, panel: int = 0) -> np.ndarray:
 
 
 @needs_opengl
+def test_rounding_is_drawn_as_no_vorticity() -> None:
+    """What rounding leaves of vorticity in a flow without any is as white as none; real vorticity is not."""
+    x = BALL.vertices[:, 0]
+    rounding, none, real = (film(moment(1.0, SPIN, w))[0] for w in (1e-13 * x, 1e-30 * x, x + 2))
+    np.testing.assert_allclose(middle(rounding, 1), middle(none, 1), atol=2)
+    assert np.abs(middle(real, 1) - middle(none, 1)).max() > 50
+
+
+@needs_opengl
 def test_limits_hold_over_the_film() -> None:
     """The same value has the same color in every frame, though other values come and go; another value another."""
     low_high = np.linspace(0, 10, BALL.n_vertices)
