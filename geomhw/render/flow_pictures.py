@@ -40,7 +40,7 @@ def flow_film(results: Sequence[Result], clouds: Sequence[Cloud] = (), theme: Th
     speed = float(np.quantile(speeds, TYPICAL_SPEED))
     with_vorticity = any(field.name == "vorticity" for field in results[0].fields)
     swirl = max((_swirl(result) for result in results), default=0.0) if with_vorticity else 0.0
-    swirl = max(swirl, ROUNDING * speed / mesh.mean_edge_length) if with_vorticity else 0.0
+    swirl = max(swirl, ROUNDING * speed / mesh.mean_edge_length) if swirl else 0.0
     view = choose_view(mesh, mesh.faces[np.argsort(speeds.mean(axis=0))[-WATCHED:], 0].tolist())
     duration = STREAK * float(np.sqrt(mesh.face_areas.sum())) / (speed or 1.0)
     layers: list[dict[str, Any]] = [{"arrows": _arrows(result, speed or 1.0)} for result in results]
