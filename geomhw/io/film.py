@@ -1,5 +1,6 @@
 """Films from pictures: GIF by Pillow, MP4 by ffmpeg where imageio-ffmpeg brings it."""
 
+import math
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,9 @@ from geomhw.errors import FormatError, RenderError
 from geomhw.io.atomic import replacing
 
 Images = Iterable[NDArray[np.uint8]]
+
+#: The colors of a GIF's frame are found in about so many of its pixels.
+SAMPLE = 60_000
 
 
 def require_mp4() -> None:
@@ -27,9 +31,7 @@ def write_gif(path: str | Path, images: Images, fps: float = 12.0) -> None:
     """An endless GIF of (h, w, 3) pictures; each frame has its own palette of 255 colors."""
     from PIL import Image
 
-    # Maximum coverage, for median cut gives away the few pixels of a strong color, a color bar's ends say.
-    method, even = Image.Quantize.MAXCOVERAGE, Image.Dither.NONE
-    pictures = [Image.fromarray(image).quantize(255, method, dither=even) for image in images]
+    pictures = [_in_few_colors(Image.fromarray(image)) for image in images]
     if not pictures:
         raise FormatError(f"cannot write {path}: the film has no frames")
     with replacing([path]) as (temporary,):
@@ -42,6 +44,20 @@ def write_gif(path: str | Path, images: Images, fps: float = 12.0) -> None:
             loop=0,
             optimize=False,
         )
+
+
+def _in_few_colors(picture: Any) -> Any:
+    """A picture in 255 colors of its own, dithered.
+
+    They are found by maximum coverage, for median cut gives away the few pixels of a strong color, a color bar's ends
+    say; then moved to where most pixels are. A sample of the pixels tells them.
+    """
+    from PIL import Image
+
+    stride = math.isqrt(max(picture.width * picture.height // SAMPLE, 1))
+    sample = Image.fromarray(np.asarray(picture)[::stride, ::stride])
+    palette = sample.quantize(255, Image.Quantize.MAXCOVERAGE, kmeans=1, dither=Image.Dither.NONE)
+    return picture.quantize(palette=palette, dither=Image.Dither.FLOYDSTEINBERG)
 
 
 def write_mp4(path: str | Path, images: Images, fps: float = 24.0) -> None:
