@@ -1,6 +1,7 @@
 """``geomhw geodesic``: distance by the heat method."""
 
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -14,6 +15,7 @@ from geomhw_cli.job import Job, robust_line
 @options.time_option
 @options.robust_option
 @options.refine_option
+@options.boundary_option
 @options.output_option
 @options.png_option
 @options.no_png_option
@@ -25,6 +27,7 @@ def geodesic(
     time: str,
     robust: bool,
     refine: bool | None,
+    boundary: Any,
     outputs: tuple[Path, ...],
     png: Path | None,
     no_png: bool,
@@ -55,7 +58,7 @@ def geodesic(
     job = Job.plan("geodesic", mesh_path, outputs=outputs, png=png, no_png=no_png, as_json=as_json, quiet=quiet)
     mesh = job.read()
     with job.stage("compute"):
-        result = HeatDistance(mesh, time, robust, refine).from_vertices(sources or [default_source(mesh)])
+        result = HeatDistance(mesh, time, robust, refine, boundary).from_vertices(sources or [default_source(mesh)])
     job.write(result, geodesic_picture)
     report = result.report
     farthest, t = report["farthest"], report["time"]

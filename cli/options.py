@@ -39,6 +39,15 @@ refine_option = click.option(
     help="Correct the distances by unfolding them from triangle to triangle.  [default: with --robust]",
 )
 
+boundary_option = click.option(
+    "--boundary",
+    type=click.Choice(["neumann", "dirichlet", "average"]),
+    default="neumann",
+    show_default=True,
+    help="How heat meets the boundary of an open mesh: none leaves, it is kept cold, or the mean of both, which is "
+    "best next to it.",
+)
+
 output_option = click.option(
     "-o",
     "--output",

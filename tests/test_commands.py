@@ -14,7 +14,7 @@ from conftest import needs_reference, reference, split_diagonals, zoo_mesh
 from geomhw.comparison import Ignored, Tolerance, compare_named
 from geomhw.io import read, write
 from geomhw.io.table import read_csv
-from geomhw.mesh.primitives import icosphere
+from geomhw.mesh.primitives import grid, icosphere
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.results import Field
 from geomhw.results import Result as MeshResult
@@ -147,6 +147,21 @@ def test_unreferenced_vertex_is_computed_on() -> None:
     distance = read("ball.geodesic.vtk")["distance"]
     assert len(distance) == 43
     assert np.flatnonzero(np.isinf(distance)).tolist() == [5]
+
+
+def test_geodesic_refined_and_boundary() -> None:
+    """--refine makes distances on a flat square exact, --boundary=average better; the report says which it was."""
+    square = grid(12, 12)
+    save_off(square, "square.off")
+    exact = np.linalg.norm(square.vertices - square.vertices[20], axis=1)
+    errors = {}
+    for option in ("--no-refine", "--boundary=average", "--refine"):
+        answer = run("geodesic", "square.off", "--source", "20", option, "-o", "a.vtu", "--json")
+        report = json.loads(answer.stdout)
+        assert report["refined"] == (option == "--refine")
+        assert report["boundary"] == ("average" if "average" in option else "neumann")
+        errors[option] = np.abs(read("a.vtu")["distance"] - exact).max()
+    assert errors["--refine"] < 1e-12 < errors["--boundary=average"] < errors["--no-refine"]
 
 
 def test_geodesic_robust() -> None:

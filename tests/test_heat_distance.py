@@ -11,6 +11,7 @@ from geomhw.mesh.distances import edge_path_distance
 from geomhw.mesh.primitives import grid, icosphere, strip
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.methods.heat_distance import HeatDistance, heat_distance
+from geomhw.methods.heat_flow import HeatFlow
 from geomhw.methods.sources import default_source
 from geomhw.methods.time_step import time_step
 
@@ -347,3 +348,55 @@ def test_default_source_is_highest(tmp_path: Path) -> None:
     """The largest y, the lowest index on a tie, and never a loose vertex."""
     mesh = TriangleMesh([[0, 0, 0], [1, 1, 0], [0, 1, 1], [5, 9, 5]], [[0, 1, 2]])
     assert default_source(mesh) == 1
+
+
+# -- boundaries ---------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["grid", "annulus"])
+def test_boundary_conditions(name: str) -> None:
+    """Cold is zero on the boundary and solves the system inside; the average is half the sum."""
+    mesh = zoo_mesh(name)
+    inner = np.setdiff1d(np.arange(mesh.n_vertices), mesh.boundary_vertices)
+    source = int(inner[len(inner) // 2])
+    impulse = np.zeros(mesh.n_vertices)
+    impulse[source] = 1
+    flows = {b: HeatFlow(mesh, "h2", b) for b in ("neumann", "dirichlet", "average")}  # type: ignore[arg-type]
+    heat = {b: flow.from_impulse(impulse).plain for b, flow in flows.items()}
+    assert not heat["dirichlet"][mesh.boundary_vertices].any()
+    np.testing.assert_allclose((flows["dirichlet"].matrix @ heat["dirichlet"])[inner], impulse[inner], atol=1e-12)
+    np.testing.assert_allclose(heat["average"], (heat["neumann"] + heat["dirichlet"]) / 2, rtol=1e-12)
+    assert np.delete(heat["neumann"], mesh.unreferenced_vertices).min() > 0
+
+
+def test_average_is_best_next_to_the_boundary() -> None:
+    """On a flat square the mean of both conditions halves the error of each there, from inside and from near a side."""
+    mesh = grid(40, 40)
+    for source in (20 * 41 + 20, 4 * 41 + 4):
+        exact = np.linalg.norm(mesh.vertices - mesh.vertices[source], axis=1)[mesh.boundary_vertices]
+        errors = {}
+        for boundary in ("neumann", "dirichlet", "average"):
+            solver = HeatDistance(mesh, "h2", boundary=boundary)  # type: ignore[arg-type]
+            found = solver.from_vertices([source])["distance"][mesh.boundary_vertices]
+            errors[boundary] = np.mean(np.abs(found - exact) / exact)
+        assert errors["average"] < 0.75 * min(errors["neumann"], errors["dirichlet"])
+
+
+def test_boundary_conditions_at_any_extent() -> None:
+    """Three cells wide and 1,500 long: the average is right at the far end, where plain heat has underflown."""
+    mesh = grid(1500, 3, width=1500.0, height=3.0)
+    result = HeatDistance(mesh, "h2", boundary="average").from_vertices([1501 + 0])
+    exact = np.linalg.norm(mesh.vertices - mesh.vertices[1501], axis=1)
+    far = exact > 1000
+    np.testing.assert_allclose(result["distance"][far], exact[far], rtol=5e-3)
+
+
+def test_boundary_refusals() -> None:
+    """A cold boundary swallows heat that starts on it; a closed mesh has no boundary to speak of."""
+    mesh = zoo_mesh("grid")
+    with pytest.raises(FieldError, match="kept cold"):
+        HeatDistance(mesh, boundary="dirichlet").from_vertices([0])
+    with pytest.raises(FieldError, match="neumann, dirichlet, average"):
+        HeatDistance(mesh, boundary="robin")  # type: ignore[arg-type]
+    sphere = zoo_mesh("sphere")
+    assert HeatDistance(sphere, boundary="average").from_vertices([0]).report["boundary"] == "neumann"

@@ -18,7 +18,7 @@ from geomhw.mesh.geometry import unit
 from geomhw.mesh.polyhedral import PolyhedralSurface
 from geomhw.mesh.robust import RobustTriangulation
 from geomhw.mesh.triangle_mesh import TriangleMesh
-from geomhw.methods.heat_flow import HeatFlow
+from geomhw.methods.heat_flow import Boundary, HeatFlow
 from geomhw.methods.sources import checked_sources
 from geomhw.methods.time_step import TimeStep
 from geomhw.methods.unfolding import Unfolding
@@ -34,8 +34,9 @@ class HeatDistance:
 
     time: as in `time_step`. robust: compute on the intrinsic Delaunay triangulation of the mesh, see
     `RobustTriangulation`, where heat is nowhere negative and faces without area do no harm; h is then the mean edge
-    length there. refine: correct the distances by `Unfolding`; by default where robust is asked for. MeshError if a
-    face has no area and robust is not asked for, FieldError for a time that is none.
+    length there. refine: correct the distances by `Unfolding`; by default where robust is asked for. boundary: how heat
+    meets the boundary, as in `HeatFlow`; the mean of both conditions is best next to it. MeshError if a face has no
+    area and robust is not asked for, FieldError for a time or a condition that is none.
 
     >>> from geomhw.mesh.primitives import icosphere
     >>> result = HeatDistance(icosphere(3)).from_vertices([7])
@@ -44,13 +45,18 @@ class HeatDistance:
     """
 
     def __init__(
-        self, mesh: TriangleMesh, time: str | float = "auto", robust: bool = False, refine: bool | None = None
+        self,
+        mesh: TriangleMesh,
+        time: str | float = "auto",
+        robust: bool = False,
+        refine: bool | None = None,
+        boundary: Boundary = "neumann",
     ) -> None:
         self.mesh = mesh
         self._refine = robust if refine is None else refine
         self.robust = RobustTriangulation.of(mesh) if robust else None
         self._domain = self.robust.surface if self.robust else mesh
-        self._flow = HeatFlow(self._domain, time)
+        self._flow = HeatFlow(self._domain, time, boundary, mesh.boundary_vertices)
         self._divergence = divergence(self._domain)
         self._own_hats = hat_gradients(mesh, zero_without_area=robust)
         self._hats = hat_gradients(self._domain) if robust else self._own_hats
@@ -143,6 +149,7 @@ class HeatDistance:
             "mean_distance": float(distance[finite].mean()),
             "unreachable_vertices": unreached,
             "refined": self._refine,
+            "boundary": self._flow.boundary,
         } | ({"robust": self.robust.report()} if self.robust else {})
 
 

@@ -1,14 +1,16 @@
 """A short flow of heat over a mesh, right at any distance from where it starts."""
 
 from functools import cached_property
-from typing import Any
+from typing import Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
-from geomhw.mesh.arrays import Floats
+from geomhw.errors import FieldError
+from geomhw.mesh.arrays import Floats, Ints
 from geomhw.mesh.distances import edge_path_distance
 from geomhw.mesh.polyhedral import PolyhedralSurface
+from geomhw.mesh.topology import vertex_components
 from geomhw.methods.time_step import time_step
 from geomhw.operators.laplacian import lumped_mass, stiffness
 from geomhw.solvers.direct import DirectSolver
@@ -18,19 +20,37 @@ from geomhw.solvers.wavefront import LogValues, in_reach, solve_decaying
 REMEDY = "collapse it, remove it, or compute with --robust (robust=True)"
 
 
+#: What holds at the rim of an open mesh: no heat leaves, it is kept cold, or the mean of both [GIH, sec. 3.4].
+Boundary = Literal["neumann", "dirichlet", "average"]
+
+
 class HeatFlow:
     """One backward Euler step of the heat equation: (M + tS) u = u0, with u0 integrated over vertices [GIH, eq. 3].
 
-    Factors on first use. time: as in `time_step`. MeshError if a face has no area, FieldError for a time that is none.
+    Factors on first use. time: as in `time_step`. boundary: what holds at the rim, the vertices of the mesh's boundary;
+    nothing where there are none. MeshError if a face has no area, FieldError for a time or a boundary that is none.
     """
 
-    def __init__(self, mesh: PolyhedralSurface, time: str | float = "auto") -> None:
+    def __init__(
+        self,
+        mesh: PolyhedralSurface,
+        time: str | float = "auto",
+        boundary: Boundary = "neumann",
+        rim: Ints | None = None,
+    ) -> None:
         mesh.require_area(REMEDY)
+        if boundary not in get_args(Boundary):
+            raise FieldError(
+                f"there is no boundary condition '{boundary}'; choose from {', '.join(get_args(Boundary))}"
+            )
         self.mesh = mesh
         self.time = time_step(time, mesh.mean_edge_length)
         self.stiffness = stiffness(mesh)
         self.surface = np.ones(mesh.n_vertices, dtype=bool)
         self.surface[mesh.unreferenced_vertices] = False
+        self._inside = self.surface.copy()
+        self._inside[mesh.boundary_vertices if rim is None else rim] = False
+        self.boundary: Boundary = boundary if (self._inside != self.surface).any() else "neumann"
 
     @cached_property
     def matrix(self) -> Any:
@@ -41,15 +61,42 @@ class HeatFlow:
     def _solver(self) -> DirectSolver:
         return DirectSolver(self.matrix, self.surface)
 
+    @cached_property
+    def _solver_inside(self) -> DirectSolver:
+        return DirectSolver(self.matrix, self._inside)
+
+    @cached_property
+    def _components_inside(self) -> Ints:
+        edges = self.mesh.edges
+        return vertex_components(edges[self._inside[edges].all(axis=1)], self.mesh.n_vertices)
+
     def reached(self, impulse: NDArray[Any]) -> NDArray[np.bool_]:
         """Mask, (n,), of the vertices on a component where the impulse is not zero."""
         return np.isin(self.mesh.components, self.mesh.components[np.flatnonzero(impulse)])
 
     def from_impulse(self, impulse: Floats) -> LogValues:
-        """u for u0 = impulse, (n,), zero but at the sources; in logarithms, so that it does not fade with distance."""
+        """u for u0 = impulse, (n,), zero but at the sources; in logarithms, so that it does not fade with distance.
+
+        FieldError where all sources are on a rim that is kept cold.
+        """
+        insulated = cold = None
+        if self.boundary != "dirichlet":
+            insulated = self._decaying(self._solver, impulse, self.reached(impulse))
+        if self.boundary != "neumann":
+            inner = np.where(self._inside, impulse, 0.0)
+            if self.boundary == "dirichlet" and not inner.any():
+                raise FieldError("no heat flows from sources on a boundary that is kept cold; take another condition")
+            labels = self._components_inside
+            there = np.isin(labels, labels[np.flatnonzero(inner)]) & self._inside
+            cold = self._decaying(self._solver_inside, inner, there)
+        if insulated is None or cold is None:
+            return insulated or cold or LogValues.of(impulse)
+        return insulated.mean_with(cold)
+
+    def _decaying(self, solver: DirectSolver, impulse: Floats, there: NDArray[np.bool_]) -> LogValues:
+        """The solution on the part of the mesh where heat comes."""
         with np.errstate(under="ignore"):
-            u = self._solver(impulse)
-        there = self.reached(impulse)
+            u = solver(impulse)
         if in_reach(u[there]):
             return LogValues.of(u)
         where = np.flatnonzero(there)

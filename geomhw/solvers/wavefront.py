@@ -40,6 +40,13 @@ class LogValues:
         with np.errstate(divide="ignore"):
             return cls(np.log(np.abs(values)) - potential, np.sign(values))
 
+    def mean_with(self, other: "LogValues") -> "LogValues":
+        """Half the sum of both."""
+        top = np.maximum(self.log, other.log)
+        top = np.where(np.isfinite(top), top, 0.0)
+        half = (self.sign * np.exp(self.log - top) + other.sign * np.exp(other.log - top)) / 2
+        return LogValues.of(half, -top)
+
 
 def in_reach(values: NDArray[Any]) -> bool:
     """Whether a decaying solution has stayed clear of underflow all the way."""
