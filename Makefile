@@ -26,6 +26,7 @@ lint: $(VENV)/.developing
 # Accuracy and times beside potpourri3d's, in an environment of their own, on one thread each.
 # GEOMHW_REFERENCE names a folder of more meshes.
 bench: $(BENCH)/.installed
+	OPENBLAS_NUM_THREADS=1 $(BENCH)/bin/python tests/benchmarks/accuracy.py
 	OPENBLAS_NUM_THREADS=1 $(BENCH)/bin/python tests/benchmarks/transport.py
 
 # Renews the results that tests/test_golden.py compares with: after a change that is meant.
@@ -49,5 +50,5 @@ $(VENV)/.developing: pyproject.toml | $(BIN)/python
 
 $(BENCH)/.installed: pyproject.toml
 	test -x $(BENCH)/bin/python || $(PYTHON) -m venv $(BENCH) || { rm -rf $(BENCH); exit 1; }
-	$(BENCH)/bin/python -m pip install --quiet --disable-pip-version-check --editable . "potpourri3d>=1.4"
+	$(BENCH)/bin/python -m pip install --quiet --disable-pip-version-check --editable . "potpourri3d>=1.4" "pygeodesic>=0.1.9"
 	@touch $@
