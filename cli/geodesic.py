@@ -7,6 +7,7 @@ import click
 
 from geomhw_cli import options
 from geomhw_cli.job import Job, robust_line
+from geomhw_cli.sources import SourceSpecs, shortened, source_line
 
 
 @click.command(no_args_is_help=True)
@@ -23,7 +24,7 @@ from geomhw_cli.job import Job, robust_line
 @options.quiet_option
 def geodesic(
     mesh_path: Path,
-    sources: tuple[int, ...],
+    sources: SourceSpecs,
     time: str,
     robust: bool,
     refine: bool | None,
@@ -34,7 +35,7 @@ def geodesic(
     as_json: bool,
     quiet: bool,
 ) -> None:
-    """Geodesic distance from one or several vertices of MESH, by the heat method.
+    """Geodesic distance from one or several points of MESH, by the heat method.
 
     Without -o, writes <stem>.geodesic.vtk and <stem>.geodesic.png into the current directory; with -o, those files
     and a picture only if --png asks for one.
@@ -50,20 +51,29 @@ def geodesic(
 
     \b
     Example: geomhw geodesic moomoo.off --source 0 -o moomoo.vtp --png moomoo.png
+             geomhw geodesic strip.off --source boundary --source face:17:0.2,0.3,0.5
     """
     from geomhw.methods.heat_distance import HeatDistance
-    from geomhw.methods.sources import default_source
     from geomhw.render.pictures import geodesic_picture
 
-    job = Job.plan("geodesic", mesh_path, outputs=outputs, png=png, no_png=no_png, as_json=as_json, quiet=quiet)
+    job = Job.plan(
+        "geodesic",
+        mesh_path,
+        outputs=outputs,
+        png=png,
+        no_png=no_png,
+        as_json=as_json,
+        quiet=quiet,
+        inputs=sources.paths,
+    )
     mesh = job.read()
     with job.stage("compute"):
-        result = HeatDistance(mesh, time, robust, refine, boundary).from_vertices(sources or [default_source(mesh)])
+        result = HeatDistance(mesh, time, robust, refine, boundary).from_sources(sources.on(mesh))
     job.write(result, geodesic_picture)
     report = result.report
     farthest, t = report["farthest"], report["time"]
     lines = [
-        f"source: {', '.join(map(str, report['sources']))}",
+        source_line(report["sources"]),
         f"time: t = {t['t']:.6g} ({t['reason']})",
         f"farthest: vertex {farthest['vertex']} at {farthest['distance']:.10g}",
     ]
@@ -73,4 +83,9 @@ def geodesic(
         lines.append("refined: by unfolding from triangle to triangle")
     if unreached := report["unreachable_vertices"]:
         lines.append(f"warning: {unreached} vertices lie on components without a source; their distance is inf")
-    job.finish(mesh, result.report, lines)
+    if raised := report.get("below_zero"):
+        lines.append(
+            f"warning: {raised['vertices']} vertices came out below zero, the lowest at {raised['lowest']:.4g}; "
+            "they have the straight distance through space to the nearest source instead"
+        )
+    job.finish(mesh, shortened(report), lines)

@@ -4,6 +4,8 @@ from pathlib import Path
 
 import click
 
+from geomhw_cli.sources import SOURCE_HELP, SourceSpecs
+
 FILE = click.Path(path_type=Path)
 
 mesh_argument = click.argument("mesh_path", metavar="MESH", type=FILE)
@@ -11,10 +13,10 @@ mesh_argument = click.argument("mesh_path", metavar="MESH", type=FILE)
 source_option = click.option(
     "--source",
     "sources",
-    metavar="N",
-    type=int,
+    metavar="SPEC",
     multiple=True,
-    help="Source vertex, counted from 0; may be repeated.  [default: the vertex of largest y]",
+    callback=lambda _context, _option, texts: SourceSpecs.parse(texts),
+    help=f"Where it starts: {SOURCE_HELP}. May be repeated.  [default: max-y]",
 )
 
 time_option = click.option(

@@ -5,6 +5,8 @@ from typing import TYPE_CHECKING
 
 import click
 
+from geomhw_cli.sources import SourceSpecs
+
 if TYPE_CHECKING:
     from geomhw.mesh.arrays import Floats
     from geomhw.mesh.triangle_mesh import TriangleMesh
@@ -14,7 +16,7 @@ FIELD_HELP = (
     "rotation:AXIS (tangential, unit length, times 10 h), rigid:AXIS (one radian a unit of time), AXIS being x, y, z "
     "or X,Y,Z; or FILE:ARRAY, per face or per vertex"
 )
-COLOR_HELP = "hue, stripes, x, y, z, blob:VERTEX, or FILE:ARRAY per vertex"
+COLOR_HELP = "hue, stripes, x, y, z, blob:SOURCE (a vertex, face:17, max-y, near:X,Y,Z, ...), or FILE:ARRAY per vertex"
 FLOW_HELP = "random:SEED[:WAVES], rossby-haurwitz:DEGREE, vortices:V1=+1,V2=-1, harmonic:K"
 _KINDS = ("rotation", "rigid", "random", "blob", "rossby-haurwitz", "vortices", "harmonic")
 _AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
@@ -71,7 +73,7 @@ def color(spec: str, mesh: "TriangleMesh") -> "Floats":
 
     from geomhw.errors import FieldError
     from geomhw.io import read_field
-    from geomhw.methods.flow_fields import blob, hue_stripes
+    from geomhw.methods.flow_fields import bump, hue_stripes
 
     kind, _, rest = spec.partition(":")
     if spec in _AXES:
@@ -81,7 +83,7 @@ def color(spec: str, mesh: "TriangleMesh") -> "Floats":
     if spec == "stripes":
         return np.cos(5 * mesh.vertices[:, 2])
     if kind == "blob":
-        return blob(mesh, whole(rest, spec))
+        return bump(mesh, _one_point(rest, spec, mesh))
     if _is_file(spec):
         found = read_field(spec, mesh)
         values = np.asarray(found.values, dtype=float)
@@ -91,6 +93,16 @@ def color(spec: str, mesh: "TriangleMesh") -> "Floats":
             raise FieldError(f"'{spec}' is no color: it needs one or three numbers per vertex")
         return values.squeeze()
     raise click.UsageError(f"'{spec}' is no color; give {COLOR_HELP}.")
+
+
+def _one_point(text: str, spec: str, mesh: "TriangleMesh") -> "Floats":
+    """The position of a source that is a single point, (3,)."""
+    from geomhw.errors import FieldError
+
+    points: Floats = SourceSpecs.parse([text]).on(mesh).positions(mesh)
+    if len(points) != 1:
+        raise FieldError(f"'{spec}' names {len(points)} points; a blob has one")
+    return points[0]
 
 
 def axis(text: str) -> "Floats":

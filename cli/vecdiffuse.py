@@ -8,10 +8,12 @@ import click
 
 from geomhw_cli import options
 from geomhw_cli.job import Job, robust_line
+from geomhw_cli.sources import SourceSpecs, shortened, source_line
 
 if TYPE_CHECKING:
     from geomhw.mesh.arrays import Floats
     from geomhw.mesh.triangle_mesh import TriangleMesh
+    from geomhw.methods.sources import Sources
 
 
 @click.command(no_args_is_help=True)
@@ -32,7 +34,8 @@ if TYPE_CHECKING:
     metavar="DEG",
     type=float,
     multiple=True,
-    help="Instead: unit vector at this angle, counterclockwise from the edge that starts the vertex's first face.",
+    help="Instead: unit vector at this angle, counterclockwise from the edge that starts the vertex's first face; "
+    "within a face, from its first edge.",
 )
 @click.option(
     "--seed",
@@ -66,7 +69,7 @@ if TYPE_CHECKING:
 @options.quiet_option
 def vecdiffuse(
     mesh_path: Path,
-    sources: tuple[int, ...],
+    sources: SourceSpecs,
     vectors: tuple[tuple[float, float, float], ...],
     angles: tuple[float, ...],
     seeds: tuple[int, ...],
@@ -79,7 +82,7 @@ def vecdiffuse(
     as_json: bool,
     quiet: bool,
 ) -> None:
-    """Diffuse tangent vectors at vertices of MESH, and transport them along shortest paths (vector heat method).
+    """Diffuse tangent vectors at points of MESH, and transport them along shortest paths (vector heat method).
 
     Without -o, writes <stem>.vecdiffuse.vtk and .png into the current directory; with -o, those files and a picture
     only if --png asks for one.
@@ -91,7 +94,6 @@ def vecdiffuse(
     \b
     Example: geomhw vecdiffuse moomoo.off --source 0 --angle 30 --dt h2 --dt 100
     """
-    from geomhw.methods.sources import default_source
     from geomhw.methods.vector_heat import transport_over_times
     from geomhw.render.vector_pictures import transport_picture
 
@@ -99,52 +101,59 @@ def vecdiffuse(
         raise click.UsageError("--vector, --angle and --seed exclude each other.")
     if robust and connection == "intrinsic":
         raise click.UsageError("--robust and --connection intrinsic exclude each other; normals go with both.")
-    job = Job.plan("vecdiffuse", mesh_path, outputs=outputs, png=png, no_png=no_png, as_json=as_json, quiet=quiet)
+    job = Job.plan(
+        "vecdiffuse",
+        mesh_path,
+        outputs=outputs,
+        png=png,
+        no_png=no_png,
+        as_json=as_json,
+        quiet=quiet,
+        inputs=sources.paths,
+    )
     mesh = job.read()
-    where = sources or (default_source(mesh),)
     with job.stage("compute"):
+        where = sources.on(mesh)
         start = _vectors(mesh, where, vectors, angles, seeds)
         result = transport_over_times(mesh, where, start, times or ("auto",), connection, robust)  # type: ignore[arg-type]
     job.write(result, transport_picture)
     report = result.report
-    lines = [f"source: {', '.join(map(str, report['sources']))}"]
+    lines = [source_line(report["sources"])]
     lines += [f"dt: {step['t']:.6g} ({step['reason']})" for step in report["times"]]
     if robust:
         lines.append(robust_line(report["robust"]))
     if unreached := report["unreachable_vertices"]:
         lines.append(f"warning: {unreached} vertices lie on components without a source; their vectors are 0")
-    job.finish(mesh, result.report, lines)
+    job.finish(mesh, shortened(report), lines)
 
 
 def _vectors(
     mesh: "TriangleMesh",
-    sources: Sequence[int],
+    sources: "Sources",
     vectors: Sequence[Sequence[float]],
     angles: Sequence[float],
     seeds: Sequence[int],
-) -> "list[Floats]":
-    """One vector a source, from whichever of the three options was given."""
+) -> "Floats":
+    """One vector a source, (k, 3), from whichever of the three options was given."""
     import numpy as np
 
     from geomhw.errors import FieldError
-    from geomhw.methods.sources import checked_sources
-    from geomhw.methods.vector_heat import random_tangent, tangent_at
+    from geomhw.methods.source_vectors import seeded_angle, source_frames, turned
 
-    checked_sources(mesh, sources)
+    count = len(sources)
     if vectors:
-        return [np.array(vector) for vector in _one_each("--vector", vectors, sources)]
+        return np.array(_one_each("--vector", vectors, count))
     if angles:
         if not np.isfinite(angles).all():
             raise FieldError("an angle is a finite number of degrees")
-        return [tangent_at(mesh, s, a) for s, a in zip(sources, _one_each("--angle", angles, sources), strict=True)]
-    chosen = _one_each("--seed", seeds or (0,), sources)
-    return [random_tangent(mesh, s, k) for s, k in zip(sources, chosen, strict=True)]
+        degrees = _one_each("--angle", angles, count)
+    else:
+        degrees = _one_each("--seed", [seeded_angle(seed) for seed in seeds or (0,)], count)
+    return turned(source_frames(mesh, sources), degrees)
 
 
-def _one_each(option: str, given: Sequence[Any], sources: Sequence[int]) -> list[Any]:
+def _one_each(option: str, given: Sequence[Any], count: int) -> list[Any]:
     """As many values as sources; a single one serves all."""
-    if len(given) not in (1, len(sources)):
-        raise click.UsageError(
-            f"{option} is given {len(given)} times for {len(sources)} sources; give one, or one each."
-        )
-    return list(given) * (len(sources) if len(given) == 1 else 1)
+    if len(given) not in (1, count):
+        raise click.UsageError(f"{option} is given {len(given)} times for {count} sources; give one, or one each.")
+    return list(given) * (count if len(given) == 1 else 1)

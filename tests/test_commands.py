@@ -215,7 +215,7 @@ def test_bad_mesh_is_one_sentence(text: str | None, words: list[str], in_empty_f
     [
         (["--source", "12"], 1, "source 12 is not a vertex"),
         (["--source", "-1"], 1, "source -1"),
-        (["--source", "top"], 2, "not a valid integer"),
+        (["--source", "top"], 2, "'top' is no source"),
         (["--time", "soon"], 1, "time step"),
         (["--time", "-1"], 1, "positive"),
         (["-o", "nowhere/a.vtk"], 1, "no folder nowhere"),

@@ -357,7 +357,7 @@ def spoiled_inputs() -> None:
         (["FIELD", "w.vtp:u"], ["'u' is no vector field"]),
         (["FIELD", "none.vtp:u"], ["none.vtp", "no such file"]),
         (["--color", "w.vtp:wind"], ["w.vtp:wind", "per vertex"]),
-        (["--color", "blob:42"], ["vertex 42", "0 to 41"]),
+        (["--color", "blob:42"], ["source 42 is not a vertex", "0 to 41"]),
         (["-o", "flow.vtk"], ["'.vtk'"]),
         (["-o", "none/flow.pvd"], ["no folder none"]),
         (["--gif", "flow.avi"], ["'.avi'"]),
@@ -380,7 +380,7 @@ def test_refusals(command: str, arguments: list[str], words: list[str], folder: 
         (["FIELD", "spiral"], "'spiral' is no field"),
         (["FIELD", "rigid:up"], "'up' is no axis"),
         (["--color", "plaid"], "'plaid' is no color"),
-        (["--color", "blob:top"], "whole number"),
+        (["--color", "blob:top"], "'top' is no source"),
         (["--dt", "soon"], "'soon'"),
     ],
 )

@@ -6,8 +6,11 @@ from geomhw.mesh.arrays import Floats, Ints
 from geomhw.mesh.polyhedral import PolyhedralSurface
 
 
-def edge_path_distance(mesh: PolyhedralSurface, sources: Ints) -> Floats:
-    """Length of the shortest path along edges from the nearest source, (n,); inf where there is none."""
+def edge_path_distance(mesh: PolyhedralSurface, sources: Ints, start: Floats | None = None) -> Floats:
+    """Length of the shortest path along edges from the nearest source vertex, (n,); inf where there is none.
+
+    start: (n,), how long paths are already at the sources; by default 0.
+    """
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import dijkstra
 
@@ -17,6 +20,12 @@ def edge_path_distance(mesh: PolyhedralSurface, sources: Ints) -> Floats:
     shortest = np.any(np.diff(ends, axis=0, prepend=-1), axis=1)
     i, j = ends[shortest].T
     n = mesh.n_vertices
-    graph = coo_array((mesh.edge_lengths[order][shortest], (i, j)), shape=(n, n)).tocsr()
-    distances: Floats = dijkstra(graph, directed=False, indices=np.asarray(sources), min_only=True)
-    return distances
+    lengths = mesh.edge_lengths[order][shortest]
+    first = np.asarray(sources)
+    if start is not None and start[first].any():
+        # One more vertex, from which all paths start.
+        i, j, lengths = np.append(i, np.full(len(first), n)), np.append(j, first), np.append(lengths, start[first])
+        first = np.array([n])
+    graph = coo_array((lengths, (i, j)), shape=(n + 1, n + 1)).tocsr()
+    distances: Floats = dijkstra(graph, directed=False, indices=first, min_only=True)
+    return distances[:n]

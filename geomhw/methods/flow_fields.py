@@ -33,11 +33,16 @@ def hue_stripes(mesh: TriangleMesh) -> Floats:
 
 
 def blob(mesh: TriangleMesh, vertex: int) -> Floats:
-    """A Gaussian bump about a vertex, (n,), 1 at its top; its width is a twelfth of the mesh's diagonal, or 3 h."""
+    """A `bump` about a vertex, (n,)."""
     if not 0 <= vertex < mesh.n_vertices:
         raise FieldError(f"vertex {vertex} does not exist: the mesh has {mesh.n_vertices} (0 to {mesh.n_vertices - 1})")
+    return bump(mesh, mesh.vertices[vertex])
+
+
+def bump(mesh: TriangleMesh, center: Floats) -> Floats:
+    """A Gaussian bump about a point in space, (n,), 1 there; its width is a twelfth of the mesh's diagonal, or 3 h."""
     width = max(np.linalg.norm(np.ptp(mesh.vertices, axis=0)) / 12, 3 * mesh.mean_edge_length)
-    distance = np.linalg.norm(mesh.vertices - mesh.vertices[vertex], axis=1)
+    distance = np.linalg.norm(mesh.vertices - center, axis=1)
     return np.asarray(np.exp(-0.5 * (distance / width) ** 2))
 
 

@@ -9,7 +9,6 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from scipy.spatial import KDTree
 
 from geomhw.errors import ConvergenceError
 from geomhw.mesh.arrays import Floats, Ints
@@ -19,7 +18,8 @@ from geomhw.mesh.polyhedral import PolyhedralSurface
 from geomhw.mesh.robust import RobustTriangulation
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.methods.heat_flow import Boundary, HeatFlow
-from geomhw.methods.sources import checked_sources
+from geomhw.methods.several_sources import chord_to_nearest, held_distance, known_distances, source_heat
+from geomhw.methods.sources import Sources, vertex_sources
 from geomhw.methods.time_step import TimeStep
 from geomhw.methods.unfolding import Unfolding
 from geomhw.operators.gradient import divergence, hat_gradients
@@ -76,74 +76,75 @@ class HeatDistance:
         return Unfolding(self._domain)
 
     def from_vertices(self, sources: Sequence[int] | Ints) -> Result:
-        """Distance from the nearest of the source vertices.
+        """Distance from the nearest of the source vertices; fields as in `from_sources`."""
+        return self.from_sources(vertex_sources(self.mesh, sources))
 
-        Fields, per vertex: ``heat`` u, with (M + tS) u = 1 at each source; ``divergence``, integrated, of the unit
-        field; ``distance`` (length), exactly 0 at the sources, positive elsewhere and no longer than the shortest path
-        along edges, inf on components without a source. Per
-        face of the mesh: ``heat_gradient`` ∇u, ``direction`` -∇u/|∇u|, zero where no heat comes or there is no area.
+    def from_sources(self, sources: Sources) -> Result:
+        """Distance from the nearest of the sources, vertices or points within faces, in any order.
+
+        Fields, per vertex: ``heat`` u, with (M + tS) u = 1 at a single source, shared by the corners of its face if it
+        lies in one, and of several vertices such that all are equally warm; ``divergence``, integrated, of the unit
+        field; ``distance`` (length), exactly 0 at source vertices, straight at the corners of a face with a source in
+        it, positive elsewhere and no longer than the shortest path along edges, inf on components without a source. Per
+        face of the mesh: ``heat_gradient`` ∇u, ``direction`` -∇u/|∇u|, zero where no heat comes, where there is no
+        area, and between three source vertices.
         """
         mesh = self.mesh
-        wanted = checked_sources(mesh, sources)
-        impulse = np.zeros(mesh.n_vertices)
-        impulse[wanted] = 1.0
+        wanted = sources[sources.distinct()[0]]
+        impulse = source_heat(self._flow, wanted)
         heat = self._flow.from_impulse(impulse)
         reached = self._flow.reached(impulse)
-        spread = self._divergence @ unit(-_slopes(self._domain, self._hats, heat)).ravel()
-        distance = self._distance(spread, wanted, reached)
+        start = known_distances(mesh, wanted)
+        spread = self._divergence @ _directions(self._domain, self._hats, heat, wanted.vertices).ravel()
+        distance, raised = self._bounded(self._distance(spread, wanted, start, reached), wanted, start)
         if self._refine:
-            unfolded = self._unfolding(np.where(impulse > 0, 0.0, np.inf), distance)
-            distance = np.maximum(unfolded, self._chord(wanted))
+            chord = chord_to_nearest(mesh, wanted, np.arange(mesh.n_vertices))
+            distance, raised = np.maximum(self._unfolding(start, distance), chord), {}
         u = heat.plain
         fields = [
             Field("heat", "vertex", u),
             Field("divergence", "vertex", spread),
             Field("distance", "vertex", distance),
             Field("heat_gradient", "face", _combined(u[mesh.faces], self._own_hats)),
-            Field("direction", "face", unit(-_slopes(mesh, self._own_hats, heat))),
+            Field("direction", "face", _directions(mesh, self._own_hats, heat, wanted.vertices)),
         ]
-        return Result(mesh, fields, self._report(wanted, distance))
+        return Result(mesh, fields, self._report(wanted, distance) | raised)
 
-    def _distance(self, spread: Floats, sources: Ints, reached: Ints) -> Floats:
-        """φ with Sφ = -Div X, zero at the sources."""
+    def _distance(self, spread: Floats, sources: Sources, start: Floats, reached: Ints) -> Floats:
+        """φ with Sφ = -Div X, right at the sources."""
         mesh = self.mesh
-        labels = mesh.components[sources]
-        if len(np.unique(labels)) == len(sources):
-            # One source a component: any grounding will do, and the solution is shifted.
+        labels = mesh.components[sources.corners[:, 0]]
+        if len(np.unique(labels)) == len(sources) == len(sources.vertices):
+            # One vertex a component: any grounding will do, and the solution is shifted.
             phi = self._poisson_solver(balanced(-spread, mesh.components))
             zero = np.zeros(mesh.n_components + len(mesh.unreferenced_vertices))
-            zero[labels] = phi[sources]
+            zero[labels] = phi[sources.vertices]
             phi -= zero[mesh.components]
+            phi[sources.vertices] = 0.0
         else:
-            held = free_unknowns(mesh.components, mesh.unreferenced_vertices, held=sources) & reached
-            phi = DirectSolver(self._flow.stiffness, held)(-spread)
-        phi[sources] = 0.0
+            phi = held_distance(self._flow, spread, start, reached)
         phi[~reached] = np.inf
-        return self._bounded(phi, sources)
+        return phi
 
-    def _bounded(self, distance: Floats, sources: Ints) -> Floats:
+    def _bounded(self, distance: Floats, sources: Sources, start: Floats) -> tuple[Floats, dict[str, Any]]:
         """No longer than the shortest path along edges; and where the method errs below zero, as it can beside a
-        source, no shorter than the chord."""
-        distance = np.minimum(distance, edge_path_distance(self._domain, sources))
-        low = distance <= 0
-        low[sources] = False
-        if low.any():
-            distance[low] = self._chord(sources)[low]
-        return distance
+        source, no shorter than the chord: the report says at how many vertices, and how far below."""
+        distance = np.minimum(distance, edge_path_distance(self._domain, np.flatnonzero(np.isfinite(start)), start))
+        low = (distance <= 0) & (start > 0)
+        if not low.any():
+            return distance, {}
+        raised = {"vertices": int(np.count_nonzero(low)), "lowest": float(distance[low].min())}
+        distance[low] = chord_to_nearest(self.mesh, sources, np.flatnonzero(low))
+        return distance, {"below_zero": raised}
 
-    def _chord(self, sources: Ints) -> Floats:
-        """Straight distance in space from the nearest source, (n,): no path on the surface is shorter."""
-        points = self.mesh.vertices
-        return np.asarray(KDTree(points[sources]).query(points)[0])
-
-    def _report(self, sources: Ints, distance: Floats) -> dict[str, Any]:
+    def _report(self, sources: Sources, distance: Floats) -> dict[str, Any]:
         finite = np.isfinite(distance)
         if np.isnan(distance).any():
             raise ConvergenceError("the distance came out undefined; look for faces of nearly no area")
         farthest = int(np.where(finite, distance, -1.0).argmax())
         unreached = int(np.count_nonzero(~finite & self._flow.surface))
         return {
-            "sources": sources.tolist(),
+            "sources": sources.report(),
             "time": self.time.report(self._flow.mesh.mean_edge_length),
             "farthest": {"vertex": farthest, "distance": float(distance[farthest])},
             "mean_distance": float(distance[finite].mean()),
@@ -162,6 +163,13 @@ def _slopes(surface: PolyhedralSurface, hats: Floats, heat: LogValues) -> Floats
     return _combined(heat.sign[surface.faces] * relative, hats)
 
 
+def _directions(surface: PolyhedralSurface, hats: Floats, heat: LogValues, vertices: Ints) -> Floats:
+    """-∇u/|∇u| per face, (m, 3); zero between three of the source vertices, where u is flat up to rounding."""
+    slopes = _slopes(surface, hats, heat)
+    slopes[np.isin(surface.faces, vertices).all(axis=1)] = 0.0
+    return unit(-slopes)
+
+
 def _combined(corners: Floats, hats: Floats) -> Floats:
     """Σ_k u_k ∇φ_k per face, (m, 3), from u at the corners, (m, 3)."""
     return np.asarray(np.einsum("fk,fkx->fx", corners, hats))
@@ -174,5 +182,5 @@ def heat_distance(
     robust: bool = False,
     refine: bool | None = None,
 ) -> Floats:
-    """Geodesic distance from the nearest source, (n,); for several questions keep a `HeatDistance`."""
+    """Geodesic distance from the nearest source vertex, (n,); for several questions keep a `HeatDistance`."""
     return np.asarray(HeatDistance(mesh, time, robust, refine).from_vertices(sources)["distance"])

@@ -73,12 +73,12 @@ class Unfolding:
         """Distance, (n,), from what ``start`` says, (n,), inf where it says nothing; never longer than that.
 
         guess: distances, (n,), inf where no path leads, that tell in which order vertices are met; the result hardly
-        depends on it. An edge between two vertices of ``start`` is a source as a whole. ConvergenceError if distances
-        do not settle.
+        depends on it. What starts above 0 is taken to be that far from one point, round which fronts go on; an edge
+        between two vertices that start at 0 is a source as a whole. ConvergenceError if distances do not settle.
         """
         known = np.isfinite(start)
-        radius = np.where(known, 0.0, np.inf)
-        ends = known[self._j] & known[self._k]
+        radius = np.array(start, dtype=float)
+        ends = (start[self._j] == 0) & (start[self._k] == 0)
         radius[np.concatenate([self._j[ends], self._k[ends]])] = np.inf
         front = _Front(np.array(start, dtype=float), radius)
         open_corners = np.flatnonzero((np.isfinite(guess) & ~known)[self._i])

@@ -10,12 +10,12 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from geomhw.errors import FieldError
 from geomhw.mesh.arrays import Floats, Ints
 from geomhw.mesh.robust import RobustTriangulation
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.methods.heat_flow import HeatFlow
-from geomhw.methods.sources import checked_sources
+from geomhw.methods.source_vectors import seeded_angle, spread_to_corners, tangent_vectors, turned
+from geomhw.methods.sources import Sources, vertex_sources
 from geomhw.methods.time_step import TimeStep
 from geomhw.operators.connection import (
     Complexes,
@@ -28,9 +28,6 @@ from geomhw.operators.laplacian import lumped_mass
 from geomhw.results import Field, Result
 from geomhw.solvers.direct import DirectSolver
 from geomhw.solvers.wavefront import LogValues, in_reach, solve_scaled
-
-#: A vector whose tangential part is a smaller share of it than this is normal to the surface.
-LEAST_TANGENT_SHARE = 1e-6
 
 
 class VectorHeat:
@@ -82,36 +79,44 @@ class VectorHeat:
 
         Where sources meet, values blend; none leaves their range. NaN where no source can be reached.
         """
-        wanted, order = _distinct(self.mesh, sources)
-        given = np.asarray(values, dtype=float)[order]
-        impulse = self._impulse(wanted, np.ones(len(wanted)))
-        weight = self._flow.from_impulse(impulse)
-        extended = self._ratio(self._impulse(wanted, given), weight)
+        named = vertex_sources(self.mesh, sources)
+        chosen = named.distinct()[0]
+        wanted, given = named[chosen], np.asarray(values, dtype=float)[chosen]
+        n = self.mesh.n_vertices
+        weight = self._flow.from_impulse(wanted.impulse(n))
+        extended = self._ratio(wanted.impulse(n, given), weight)
         return np.where(np.isfinite(weight.log), np.clip(extended, given.min(), given.max()), np.nan)
 
     def from_vertices(self, sources: Sequence[int] | Ints, vectors: ArrayLike) -> Result:
-        """Diffuse and transport one vector a source; ``vectors``: (k, 3), of which the tangential part counts.
+        """Diffuse and transport one vector a source vertex; all else as in `from_sources`."""
+        return self.from_sources(vertex_sources(self.mesh, sources), vectors)
 
-        Fields, per vertex: ``diffused`` Y, with (M + tC) Y = Y0; ``transported``, the vectors carried along shortest
-        paths, with their lengths; both tangent, and zero on components without a source. FieldError for a vector that
-        is zero, not finite or normal to the surface, and for a vertex given twice with different vectors.
+    def from_sources(self, sources: Sources, vectors: ArrayLike) -> Result:
+        """Diffuse and transport one vector a source; ``vectors``: (k, 3), of which the tangential part counts, within a
+        face that in its plane.
+
+        Fields, per vertex: ``diffused`` Y, with (M + tC) Y = Y0, to which a vector within a face gives its shares at
+        the corners; ``transported``, the vectors carried along shortest paths, with their lengths; both tangent, and
+        zero on components without a source. FieldError for a vector that is zero, not finite or normal to the surface,
+        and for a source given twice with different vectors.
         """
-        mesh = self.mesh
-        wanted, tangent = self._checked(sources, vectors)
-        y0 = to_complex(mesh, self._impulse(wanted, tangent))
+        mesh, n = self.mesh, self.mesh.n_vertices
+        wanted, tangent = tangent_vectors(mesh, sources, vectors)
+        y0 = spread_to_corners(mesh, wanted, tangent)
         size = np.linalg.norm(tangent, axis=1)
-        impulse = self._impulse(wanted, np.ones(len(wanted)))
-        weight = self._flow.from_impulse(impulse)
+        weight = self._flow.from_impulse(wanted.impulse(n))
         diffused, direction = self._spread(y0, weight)
         if np.ptp(size) <= 1e-15 * size.max():
             length = np.where(np.isfinite(weight.log), size[0], 0.0)
         else:
-            length = np.clip(self._ratio(self._impulse(wanted, size), weight), size.min(), size.max())
+            length = np.clip(self._ratio(wanted.impulse(n, size), weight), size.min(), size.max())
         transported = direction * length
-        transported[wanted] = y0[wanted]  # TVHM's limit t -> 0, exactly
+        at = wanted.faces < 0
+        given = spread_to_corners(mesh, wanted[at], tangent[at])
+        transported[wanted.vertices] = given[wanted.vertices]  # TVHM's limit t -> 0, exactly
         unreached = int(np.count_nonzero(~np.isfinite(weight.log) & self._flow.surface))
         report = {
-            "sources": wanted.tolist(),
+            "sources": wanted.report(),
             "vectors": tangent.tolist(),
             "connection": self.connection,
             "time": self.time.report(self._flow.mesh.mean_edge_length),
@@ -122,35 +127,6 @@ class VectorHeat:
             Field("transported", "vertex", from_complex(mesh, transported)),
         ]
         return Result(mesh, fields, report)
-
-    def _checked(self, sources: Sequence[int] | Ints, vectors: ArrayLike) -> tuple[Ints, Floats]:
-        """Distinct sources and the tangential part of the vector at each."""
-        given = np.atleast_2d(np.asarray(vectors, dtype=float))
-        if given.shape != (np.size(sources), 3):
-            raise FieldError(f"{np.size(sources)} sources need as many vectors of three components, not {given.shape}")
-        for source, vector in zip(np.atleast_1d(sources), given, strict=True):
-            if not np.isfinite(vector).all():
-                raise FieldError(f"the vector at source {source} is not finite: {vector.tolist()}")
-            if not vector.any():
-                raise FieldError(f"the vector at source {source} is zero; it has no direction to transport")
-        wanted, order = _distinct(self.mesh, sources)
-        for source, vector in zip(np.atleast_1d(sources), given, strict=True):
-            if not np.array_equal(vector, given[order][np.searchsorted(wanted, source)]):
-                raise FieldError(f"source {source} is given twice, with different vectors; give it once")
-        given = given[order]
-        frames = self.mesh.tangent_frames[wanted]
-        tangent = np.einsum("sk,skx->sx", np.einsum("skx,sx->sk", frames, given), frames)
-        normal = np.linalg.norm(tangent, axis=1) <= LEAST_TANGENT_SHARE * np.linalg.norm(given, axis=1)
-        if normal.any():
-            bad = wanted[normal][0]
-            raise FieldError(f"the vector at source {bad} is normal to the surface; give one with a tangential part")
-        return wanted, tangent
-
-    def _impulse(self, sources: Ints, values: Floats) -> Floats:
-        """The values at their sources, zero elsewhere."""
-        impulse = np.zeros((self.mesh.n_vertices, *values.shape[1:]))
-        impulse[sources] = values
-        return impulse
 
     def _spread(self, y0: Complexes, weight: LogValues) -> tuple[Complexes, Complexes]:
         """Y and Y/|Y|, the latter right even where Y itself has faded to nothing."""
@@ -177,12 +153,6 @@ class VectorHeat:
         return ratio
 
 
-def _distinct(mesh: TriangleMesh, sources: Sequence[int] | Ints) -> tuple[Ints, Ints]:
-    """Checked sources in ascending order, and where each first stands among those given."""
-    wanted = checked_sources(mesh, sources)
-    return wanted, np.unique(np.atleast_1d(np.asarray(sources)), return_index=True)[1]
-
-
 def _unit(z: Complexes) -> Complexes:
     """z/|z|; zero stays zero. Scaled first, so that no square underflows."""
     size = np.maximum(np.abs(z.real), np.abs(z.imag))
@@ -192,19 +162,17 @@ def _unit(z: Complexes) -> Complexes:
 
 def random_tangent(mesh: TriangleMesh, vertex: int, seed: int) -> Floats:
     """A unit tangent vector at a vertex at an angle drawn from the seed, (3,)."""
-    return tangent_at(mesh, vertex, 360 * np.random.default_rng(seed).random())
+    return tangent_at(mesh, vertex, seeded_angle(seed))
 
 
 def tangent_at(mesh: TriangleMesh, vertex: int, degrees: float) -> Floats:
     """The unit tangent vector at a vertex at that angle, counterclockwise from the first of its ``tangent_frames``."""
-    angle = np.radians(degrees)
-    e1, e2 = mesh.tangent_frames[vertex]
-    return np.asarray(np.cos(angle) * e1 + np.sin(angle) * e2)
+    return turned(mesh.tangent_frames[vertex], degrees)
 
 
 def transport_over_times(
     mesh: TriangleMesh,
-    sources: Sequence[int] | Ints,
+    sources: Sources | Sequence[int] | Ints,
     vectors: ArrayLike,
     times: Sequence[str | float],
     connection: Connection = "normals",
@@ -212,10 +180,11 @@ def transport_over_times(
 ) -> Result:
     """Diffuse and transport the same vectors for several times, one factorization each.
 
-    Fields as in `VectorHeat.from_vertices`, for more than one time with the suffix ``_0``, ``_1``, ... in the order of
+    Fields as in `VectorHeat.from_sources`, for more than one time with the suffix ``_0``, ``_1``, ... in the order of
     the times; ``dt`` holds them. The report lists them under ``times``.
     """
-    runs = [VectorHeat(mesh, time, connection, robust).from_vertices(sources, vectors) for time in times]
+    where = sources if isinstance(sources, Sources) else vertex_sources(mesh, sources)
+    runs = [VectorHeat(mesh, time, connection, robust).from_sources(where, vectors) for time in times]
     fields = [
         Field(f"{field.name}_{k}" if len(runs) > 1 else field.name, field.location, field.values)
         for k, run in enumerate(runs)

@@ -1,0 +1,91 @@
+"""What is known at several sources, or at one within a face, before any system is solved.
+
+One source at a vertex needs none of this: its heat spreads as it likes, and distance is shifted to zero there. Several
+must be equally warm, or a curve of them would shed heat askew, and distance has to be right at each [GIH, sec. 2.4 has
+both as boundary conditions].
+"""
+
+import numpy as np
+from scipy.spatial import KDTree
+
+from geomhw.mesh.arrays import Floats, Ints
+from geomhw.mesh.triangle_mesh import TriangleMesh
+from geomhw.methods.heat_flow import HeatFlow
+from geomhw.methods.sources import Sources
+from geomhw.solvers.direct import DirectSolver
+from geomhw.solvers.grounding import free_unknowns
+
+
+def source_heat(flow: HeatFlow, sources: Sources) -> Floats:
+    """Heat to start with, (n,), integrated: one at a single vertex, shared by the corners for a point within a face.
+
+    Several vertices get one each on average, in such shares that (M + tS) u makes them all equally warm.
+    """
+    n, vertices = flow.mesh.n_vertices, sources.vertices
+    impulse = sources.impulse(n)
+    if len(np.unique(flow.mesh.components[vertices])) == len(vertices):
+        return impulse
+    held = np.zeros(n)
+    held[vertices] = 1.0
+    with np.errstate(under="ignore"):
+        u = held + DirectSolver(flow.matrix, flow.surface & (held == 0))(-(flow.matrix @ held))
+    shares = (flow.matrix @ u)[vertices]
+    impulse = sources.within_faces.impulse(n)
+    impulse[vertices] += shares / shares.mean()
+    return impulse
+
+
+def known_distances(mesh: TriangleMesh, sources: Sources) -> Floats:
+    """Distances that are known, (n,), inf elsewhere: 0 at source vertices, and straight lines to the corners of the
+    faces that hold a source; but not where another source is nearer as the crow flies, for there it may be shorter."""
+    distance = np.full(mesh.n_vertices, np.inf)
+    face, place = _holding(mesh, sources.within_faces)
+    corners = mesh.faces[face]
+    straight = np.linalg.norm(mesh.vertices[corners] - place[:, None], axis=2)
+    np.minimum.at(distance, corners, straight)
+    distance[sources.vertices] = 0.0
+    held = np.flatnonzero(np.isfinite(distance))
+    chord = _chords(mesh, sources, held)
+    known = distance[held] <= chord * (1 + 1e-9)
+    # At least one vertex a component must be held: the one nearest to a source.
+    ascending = held[np.argsort(distance[held], kind="stable")]
+    known |= np.isin(held, ascending[np.unique(mesh.components[ascending], return_index=True)[1]])
+    distance[held[~known]] = np.inf
+    return distance
+
+
+def held_distance(flow: HeatFlow, spread: Floats, start: Floats, reached: Ints) -> Floats:
+    """φ with Sφ = -Div X where it is not held at what is known, ``start``, (n,); zero where it is not reached."""
+    mesh, held = flow.mesh, np.flatnonzero(np.isfinite(start))
+    phi = np.where(np.isfinite(start), start, 0.0)
+    free = free_unknowns(mesh.components, mesh.unreferenced_vertices, held=held) & reached
+    return np.asarray(phi + DirectSolver(flow.stiffness, free)(-spread - flow.stiffness @ phi))
+
+
+def chord_to_nearest(mesh: TriangleMesh, sources: Sources, vertices: Ints) -> Floats:
+    """Straight through space from these vertices to the nearest source, (k,): no path on the surface is shorter."""
+    return np.asarray(KDTree(sources.positions(mesh)).query(mesh.vertices[vertices])[0])
+
+
+def _chords(mesh: TriangleMesh, sources: Sources, vertices: Ints) -> Floats:
+    """The chord from each vertex to the nearest source of its component, (k,)."""
+    if not len(sources.within_faces):
+        return np.zeros(len(vertices))
+    chords = np.full(len(vertices), np.inf)
+    owner, label = mesh.components[sources.corners[:, 0]], mesh.components[vertices]
+    for component in np.unique(label):  # those with a source
+        of = label == component
+        chords[of] = chord_to_nearest(mesh, sources[owner == component], vertices[of])
+    return chords
+
+
+def _holding(mesh: TriangleMesh, points: Sources) -> tuple[Ints, Floats]:
+    """Every face that holds one of the points, and that point, (k, 3): its own face, on an edge its neighbors too."""
+    place, edges = points.positions(mesh), mesh.edge_table
+    on_edge = np.flatnonzero((points.weights == 0).any(axis=1))
+    edge = edges.of_faces[points.faces[on_edge], np.argmin(points.weights[on_edge], axis=1)]
+    by_edge = np.argsort(edges.of_faces.ravel(), kind="stable") // 3
+    ends = np.cumsum(edges.face_counts)
+    round_edge = [by_edge[ends[e] - edges.face_counts[e] : ends[e]] for e in edge]
+    again = np.repeat(place[on_edge], edges.face_counts[edge], axis=0)
+    return np.concatenate([points.faces, *round_edge]), np.concatenate([place, again])
