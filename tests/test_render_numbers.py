@@ -96,6 +96,18 @@ def test_visible():
     z = BALL.vertices[:, 2]
     clear = np.flatnonzero(np.abs(z) > 0.1)
     np.testing.assert_array_equal(visible(BALL, view, clear), z[clear] > 0)
+    faces = np.flatnonzero(np.abs(BALL.face_centers[:, 2]) > 0.1)
+    seen = visible(BALL, view, BALL.faces[faces, 0], BALL.face_centers[faces])
+    np.testing.assert_array_equal(seen, BALL.face_centers[faces, 2] > 0)
+
+
+def test_visible_points_within_faces():
+    """What lies over the middle of a face hides the middle, not the corners."""
+    low = np.array([[-1.0, -1, 0], [1, -1, 0], [0, 2, 0]])
+    mesh = TriangleMesh(np.concatenate([low, 0.2 * low + np.array([0, 0, 0.5])]), [[0, 1, 2], [3, 4, 5]])
+    view = View(np.eye(3), np.zeros(3), np.ones(2))
+    assert visible(mesh, view, [0, 3]) == [True, True]
+    assert visible(mesh, view, [0, 3], mesh.face_centers) == [False, True]
 
 
 def test_samples_are_even():
@@ -177,6 +189,19 @@ def test_ticks_of_a_logarithm_are_whole():
         values = colors.ticks(low, high, whole=True)
         np.testing.assert_array_equal(values, np.round(values))
         assert 2 <= len(values) <= 5
+
+
+def test_ticks_within_one_power_of_ten():
+    """A short interval holds one whole number or none."""
+    assert colors.ticks(0.2, 0.7, whole=True).tolist() == []
+    assert colors.ticks(0.9, 1.3, whole=True).tolist() == [1]
+
+
+def test_rounding_is_no_range():
+    """Values that differ by rounding only are one color, in the middle of the bar."""
+    shades = colors.shade(Surface(2.0 + 1e-15 * np.arange(BALL.n_vertices)), BALL)
+    assert shades is not None
+    np.testing.assert_allclose(shades.values, 0.5, atol=1e-9)
 
 
 def test_tick_labels():

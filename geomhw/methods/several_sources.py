@@ -44,6 +44,9 @@ def known_distances(mesh: TriangleMesh, sources: Sources) -> Floats:
     straight = np.linalg.norm(mesh.vertices[corners] - place[:, None], axis=2)
     np.minimum.at(distance, corners, straight)
     distance[sources.vertices] = 0.0
+    for start, end in (mesh.edges.T, mesh.edges.T[::-1]):  # a source vertex may be nearer, along an edge
+        beside = (distance[start] == 0) & np.isfinite(distance[end])
+        np.minimum.at(distance, end[beside], mesh.edge_lengths[beside])
     held = np.flatnonzero(np.isfinite(distance))
     chord = _chords(mesh, sources, held)
     known = distance[held] <= chord * (1 + 1e-9)

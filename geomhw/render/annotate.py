@@ -51,7 +51,10 @@ def color_bar(pen: Any, shades: Shades, label: str, box: Box, size: int, theme: 
             pen.polygon([(x, top), tip, (x, top + height)], fill=tuple(color.tolist()))
     low, high = shades.limits
     values = colors.ticks(low, high, whole=shades.log)
-    if shades.log:
+    if shades.log and not len(values):  # within one power of ten
+        plain = colors.ticks(10.0**low, 10.0**high)
+        values, (texts, power) = np.log10(plain), colors.tick_labels(plain)
+    elif shades.log:
         texts, power = [f"10{colors.superscript(round(value))}" for value in values], ""
     else:
         texts, power = colors.tick_labels(values)

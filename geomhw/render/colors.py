@@ -100,19 +100,23 @@ def _limits(values: Floats, surface: Surface) -> tuple[float, float]:
         low = -(high := high or float(np.abs(values).max()))
     else:
         low, high = np.quantile(values, [surface.outliers, 1 - surface.outliers]).tolist()
-    if high > low:
+    if high - low > 1e-12 * max(abs(low), abs(high)):  # more than rounding
         return low, high
     pad = abs(low) or 1.0  # a constant: any limits round it will do
     return low - pad / 2, high + pad / 2
 
 
 def ticks(low: float, high: float, most: int = 5, whole: bool = False) -> Floats:
-    """At most ``most`` round numbers in [low, high], evenly spaced by 1, 2, 2.5 or 5 times a power of ten."""
+    """At most ``most`` round numbers in [low, high], evenly spaced by 1, 2, 2.5 or 5 times a power of ten.
+
+    whole: none but whole numbers, of which a short interval may hold none.
+    """
     span = high - low
     power = 10.0 ** np.floor(np.log10(span / most))
+    power = max(power, 1.0) if whole else power
     for factor in (1, 2, 2.5, 5, 10, 20, 25, 50):
         step = factor * power
-        if whole and (step < 1 or step != round(step)):
+        if whole and step != round(step):
             continue
         first, last = np.ceil(low / step - 1e-9), np.floor(high / step + 1e-9)
         if last - first + 1 <= most:

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from geomhw.mesh.arrays import Floats
@@ -47,6 +48,7 @@ class Arrows:
     vectors: (m, 3) or (n, 3). scale: the magnitude drawn as long as the spacing; None draws directions only, all
         of one length.
     spacing: distance between arrows as a fraction of the panel's shorter side.
+    points: where the middle of each arrow is, (m, 3) or (n, 3), by default the face centers or the vertices.
     """
 
     vectors: Floats
@@ -54,6 +56,7 @@ class Arrows:
     color: Color = "#14171c"
     scale: float | None = None
     spacing: float = 0.034
+    points: Floats | None = None
 
 
 @dataclass(frozen=True)
@@ -73,12 +76,29 @@ class Streaks:
 
 
 @dataclass(frozen=True)
+class Curves:
+    """Segments on the surface, (s, 2, 3), drawn ``width`` pixels wide; what is behind the surface is not seen."""
+
+    segments: Floats
+    color: Color = "#d62728"
+    width: float = 3.0
+
+
+@dataclass(frozen=True)
 class Marker:
-    """A vertex marked by a disc, a ring where it is behind the surface, and a label that is always on top."""
+    """A vertex marked by a disc, a ring where it is behind the surface, and a label that is always on top.
+
+    point: (3,), in a face of that vertex, marked in its place.
+    """
 
     vertex: int
     label: str = ""
     color: Color = "#d62728"
+    point: Floats | None = None
+
+    def position(self, vertices: Floats) -> Floats:
+        """Where it is, (3,), on a mesh with these vertices."""
+        return np.asarray(vertices[self.vertex] if self.point is None else self.point)
 
 
 @dataclass(frozen=True)
@@ -92,6 +112,7 @@ class Panel:
     markers: Sequence[Marker] = ()
     note: str = ""
     streaks: Sequence[Streaks] = ()
+    curves: Sequence[Curves] = ()
 
 
 @dataclass(frozen=True)

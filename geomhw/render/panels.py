@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from geomhw.mesh.arrays import Floats
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.render import annotate
 from geomhw.render.colors import shade
@@ -117,7 +118,7 @@ def _panel(stage: Stage, panel: Panel, layout: Layout) -> Any:
     from PIL import ImageDraw
 
     shades = shade(panel.surface, stage.mesh)
-    large = Pillow.fromarray(stage.photograph(panel.surface, panel.arrows, shades, panel.streaks))
+    large = Pillow.fromarray(stage.photograph(panel.surface, panel.arrows, shades, panel.streaks, panel.curves))
     _mark(ImageDraw.Draw(large), stage, panel.markers, layout)
     sheet = Pillow.new("RGB", (layout.width, layout.height), stage.theme.background)
     sheet.paste(large.resize(stage.size, Pillow.Resampling.BOX), (0, layout.title))
@@ -145,15 +146,19 @@ def _scaled(panel: Panel) -> Arrows | None:
 
 def _mark(pen: Any, stage: Stage, markers: Sequence[Marker], layout: Layout) -> None:
     """Discs, in the large picture, so that they are smoothed with it."""
-    vertices = [marker.vertex for marker in markers]
-    seen = visible(stage.mesh, stage.view, vertices)
-    places = stage.pixels(stage.mesh.vertices[vertices]) * SUPERSAMPLING
+    points = _positions(stage, markers)
+    seen = visible(stage.mesh, stage.view, [marker.vertex for marker in markers], points)
+    places = stage.pixels(points) * SUPERSAMPLING
     for marker, place, shown in zip(markers, places, seen, strict=True):
         annotate.disc(pen, place, 0.4 * layout.text * SUPERSAMPLING, marker.color, not shown)
 
 
+def _positions(stage: Stage, markers: Sequence[Marker]) -> Floats:
+    return np.array([marker.position(stage.mesh.vertices) for marker in markers]).reshape(-1, 3)
+
+
 def _label(sheet: Any, stage: Stage, markers: Sequence[Marker], layout: Layout) -> None:
-    places = stage.pixels(stage.mesh.vertices[[marker.vertex for marker in markers]])
+    places = stage.pixels(_positions(stage, markers))
     places[:, 1] += layout.title
     texts = [(marker.label, marker.color, place) for marker, place in zip(markers, places, strict=True)]
     box = (4, layout.title, layout.width - 4, layout.title + layout.stage)

@@ -1,30 +1,34 @@
 """The pictures of the commands, each from a Result alone."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from geomhw.mesh.arrays import Floats
 from geomhw.render.layers import LIGHT, Arrows, Marker, Panel, Surface, Theme
 from geomhw.render.panels import draw
 from geomhw.render.scene import Image
+from geomhw.render.source_marks import source_marks
 from geomhw.results import Result
 
 SOURCE_COLOR = "#c2185b"
 FARTHEST_COLOR = "#0b57d0"
-#: More sources than this are marked without a label each.
-MOST_LABELS = 4
 ISOLINES = 20
 
 
 def geodesic_picture(result: Result, size: tuple[int, int] | None = None, theme: Theme = LIGHT) -> Image:
     """Three steps of the heat method: heat and the directions it flows away in, their divergence, the distance."""
     distance = np.asarray(result["distance"])
-    marks = _source_and_farthest(result)
+    sources, curves = source_marks(result, SOURCE_COLOR, labels=True)
+    far = result.report["farthest"]
+    farthest = Marker(far["vertex"], f"farthest {far['vertex']}: {far['distance']:.4g}", FARTHEST_COLOR)
     panels = [
         Panel(
             "heat u, and directions −∇u / |∇u|",
             Surface(result["heat"], colormap="inferno", span=(0.48, 1.0), log=True),
             arrows=[Arrows(result["direction"])],
-            markers=[Marker(marker.vertex, color=marker.color) for marker in marks[:-1]],
+            markers=[replace(marker, label="") for marker in sources],
+            curves=curves,
         ),
         Panel(
             "divergence of the directions",
@@ -33,7 +37,8 @@ def geodesic_picture(result: Result, size: tuple[int, int] | None = None, theme:
         Panel(
             "geodesic distance",
             Surface(distance, colormap="viridis", limits=_from_zero(distance), isolines=ISOLINES),
-            markers=marks,
+            markers=[*sources, farthest],
+            curves=curves,
         ),
     ]
     return draw(result.mesh, panels, size, theme=theme)
@@ -58,18 +63,6 @@ def helmholtz_picture(result: Result, size: tuple[int, int] | None = None, theme
         for title, name, surface in parts
     ]
     return draw(result.mesh, panels, size, columns=2, theme=theme)
-
-
-def _source_and_farthest(result: Result) -> list[Marker]:
-    """Markers of the sources and, last, of the vertex farthest away."""
-    sources = [int(source) for source in result.report["sources"]]
-    few = len(sources) <= MOST_LABELS
-    marks = [Marker(source, f"source {source}" if few else "", SOURCE_COLOR) for source in sources]
-    farthest = result.report["farthest"]
-    return [
-        *marks,
-        Marker(farthest["vertex"], f"farthest {farthest['vertex']}: {farthest['distance']:.4g}", FARTHEST_COLOR),
-    ]
 
 
 def _from_zero(distance: Floats) -> tuple[float, float] | None:

@@ -14,7 +14,7 @@ from geomhw.mesh.arrays import Floats
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.render import creases, glyphs, offscreen
 from geomhw.render.colors import Shades, shade
-from geomhw.render.layers import LIGHT, Arrows, Streaks, Surface, Theme
+from geomhw.render.layers import LIGHT, Arrows, Curves, Streaks, Surface, Theme
 from geomhw.render.view import View, choose_view
 
 Image = NDArray[np.uint8]
@@ -83,6 +83,7 @@ class Stage:
         arrows: Sequence[Arrows] = (),
         shades: Shades | None = None,
         streaks: Sequence[Streaks] = (),
+        curves: Sequence[Curves] = (),
     ) -> Image:
         """The picture, (h, w, 3), of the surface and what lies on it, at ``SUPERSAMPLING`` times the size.
 
@@ -90,6 +91,9 @@ class Stage:
         """
         self._plotter.clear_actors()
         self._add_surface(surface, shades or shade(surface, self.mesh))
+        for line in curves:
+            segments = self.view.project(line.segments) / self.unit + np.array([0, 0, LIFT])
+            self._add_lines(segments, line.color, line.width)
         for item in arrows:
             self._add_arrows(item)
         for comets in streaks:
@@ -119,7 +123,7 @@ class Stage:
         if not len(shades.levels):
             return
         segments = glyphs.isoline_segments(self._points, self.mesh.faces[known], shades.values, shades.levels)
-        self._add_lines(segments + np.array([0, 0, LIFT]))
+        self._add_lines(segments + np.array([0, 0, LIFT]), self.theme.line)
 
     def _add_shell(self, which: NDArray[np.bool_], **look: Any) -> None:
         import pyvista
@@ -143,7 +147,7 @@ class Stage:
         )
         actor.prop.interpolation = "Phong"
 
-    def _add_lines(self, segments: Floats) -> None:
+    def _add_lines(self, segments: Floats, color: str, width: float = 1.0) -> None:
         import pyvista
 
         if not len(segments):
@@ -153,7 +157,7 @@ class Stage:
         ends = np.arange(2 * len(segments)).reshape(-1, 2)
         lines.lines = np.insert(ends, 0, 2, axis=1).ravel()
         self._plotter.add_mesh(
-            lines, color=self.theme.line, line_width=SUPERSAMPLING, lighting=False, reset_camera=False, render=False
+            lines, color=color, line_width=width * SUPERSAMPLING, lighting=False, reset_camera=False, render=False
         )
 
     def _add_arrows(self, arrows: Arrows) -> None:
@@ -162,7 +166,10 @@ class Stage:
         per_face = arrows.location == "face"
         mesh, axes = self.mesh, self.view.axes
         normals = (mesh.face_normals if per_face else mesh.vertex_normals) @ axes.T
-        centers = self._points[mesh.faces].mean(axis=1) if per_face else self._points
+        if arrows.points is not None:
+            centers = self.view.project(arrows.points) / self.unit
+        else:
+            centers = self._points[mesh.faces].mean(axis=1) if per_face else self._points
         width, height = self.size
         spacing = 2 * arrows.spacing * min(width / height, 1.0)
         vectors = np.asarray(arrows.vectors, dtype=float) @ axes.T

@@ -2,14 +2,15 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
-from geomhw.mesh.arrays import Floats
 from geomhw.mesh.triangle_mesh import TriangleMesh
-from geomhw.render.layers import LIGHT, Arrows, Marker, Panel, Surface, Theme
+from geomhw.render.layers import LIGHT, Arrows, Panel, Surface, Theme
 from geomhw.render.panels import draw
 from geomhw.render.scene import Image
+from geomhw.render.source_marks import MOST_DISCS, source_marks, source_point
 from geomhw.render.view import View, choose_view
 from geomhw.results import Result
 
@@ -28,30 +29,28 @@ MOST_IN_A_ROW = 4
 def transport_picture(result: Result, size: tuple[int, int] | None = None, theme: Theme = LIGHT) -> Image:
     """The transported field for each time, side by side, with the sources marked and the vectors there large.
 
-    The view shows as many sources as it can; one that lies behind is a ring.
+    The view shows as many sources as it can; one that lies behind is a ring. Many sources are curves, and large arrows
+    stand on them no closer than they are long.
     """
     times = np.atleast_1d(np.asarray(result["dt"]))
     names = ["transported"] if len(times) == 1 else [f"transported_{k}" for k in range(len(times))]
-    sources = [int(source) for source in result.report["sources"]]
+    marks, curves = source_marks(result, SOURCE_COLOR)
     panels = []
     for name, step in zip(names, result.report["times"], strict=True):
         field = np.asarray(result[name])
         longest = float(np.linalg.norm(field, axis=1).max()) or 1.0
-        # A layer each, since arrows of one layer that come too close are thinned out.
-        large = [
-            Arrows(_only(field, source), "vertex", SOURCE_COLOR, scale=longest, spacing=SOURCE_LENGTH)
-            for source in sources
-        ]
+        large = _large_arrows(result, longest)
         panels.append(
             Panel(
                 f"transported, dt = {step['t']:.4g} = {step['t_over_h2']:.3g} h²",
                 Surface(color=DARK_SURFACE),
                 arrows=[Arrows(field, "vertex", FIELD_COLOR, scale=longest, spacing=SPACING), *large],
-                markers=[Marker(source, color=SOURCE_COLOR) for source in sources],
+                markers=marks,
+                curves=curves,
             )
         )
     columns = None if len(panels) <= MOST_IN_A_ROW else MOST_IN_A_ROW
-    return draw(result.mesh, panels, size, columns, _roomy_view(result.mesh, sources), theme)
+    return draw(result.mesh, panels, size, columns, _roomy_view(result.mesh, [mark.vertex for mark in marks]), theme)
 
 
 def _roomy_view(mesh: TriangleMesh, sources: Sequence[int]) -> View:
@@ -60,8 +59,24 @@ def _roomy_view(mesh: TriangleMesh, sources: Sequence[int]) -> View:
     return replace(view, extent=view.extent + ROOM * view.extent.max())
 
 
-def _only(field: Floats, vertex: int) -> Floats:
-    """The field at one vertex, zero elsewhere."""
-    only = np.zeros_like(field)
-    only[vertex] = field[vertex]
-    return only
+def _large_arrows(result: Result, longest: float) -> list[Arrows]:
+    """The vectors at the sources: a layer each, since arrows of one layer that come too close are thinned out, as they
+    should be where sources are many."""
+    named = list(zip(result.report["sources"], result.report["vectors"], strict=True))
+    batches = [[pair] for pair in named] if len(named) <= MOST_DISCS else [named]
+    layers = []
+    for batch in batches:
+        for inside in (False, True):
+            if pairs := [pair for pair in batch if isinstance(pair[0], dict) == inside]:
+                layers.append(_layer(result.mesh, pairs, inside, longest))
+    return layers
+
+
+def _layer(mesh: TriangleMesh, pairs: Sequence[tuple[Any, Any]], inside: bool, longest: float) -> Arrows:
+    """Arrows at sources that are all vertices, or all within faces."""
+    rows = [source["face"] if inside else source for source, _ in pairs]
+    vectors = np.zeros(((mesh.n_faces if inside else mesh.n_vertices), 3))
+    places = np.array(mesh.face_centers if inside else mesh.vertices)
+    vectors[rows] = [vector for _, vector in pairs]
+    places[rows] = [source_point(mesh, source) for source, _ in pairs]
+    return Arrows(vectors, "face" if inside else "vertex", SOURCE_COLOR, longest, SOURCE_LENGTH, places)

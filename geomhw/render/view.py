@@ -71,14 +71,17 @@ def choose_view(mesh: TriangleMesh, interest: Sequence[int] = ()) -> View:
     return View(axes, middle + (low + high) / 2 @ axes, (high - low)[:2] / 2)
 
 
-def visible(mesh: TriangleMesh, view: View, vertices: Sequence[int]) -> list[bool]:
-    """Whether each vertex is seen: no face in front of it."""
+def visible(mesh: TriangleMesh, view: View, vertices: Sequence[int], at: Floats | None = None) -> list[bool]:
+    """Whether each vertex is seen: no face in front of it.
+
+    at: (k, 3), a point in some face of each vertex that is asked for in its place.
+    """
     points = view.project(mesh.vertices)
+    places = points[list(vertices)] if at is None else view.project(at)
     near = 1e-3 * np.ptp(points, axis=0).max()
     a, b, c = (points[mesh.faces[:, k]] for k in range(3))
     answers = []
-    for vertex in vertices:  # a handful of markers
-        p = points[vertex]
+    for vertex, p in zip(vertices, places, strict=True):  # a handful of markers
         areas = np.stack([_turn(b - p, c - p), _turn(c - p, a - p), _turn(a - p, b - p)], axis=1)
         total = areas.sum(axis=1)
         inside = (total != 0) & (((areas >= 0).all(axis=1)) | ((areas <= 0).all(axis=1)))

@@ -1,0 +1,215 @@
+"""``--source`` as a user writes it: every spec, files of them, what is refused, and what report and picture say."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click import UsageError
+from test_commands import run, save_off
+
+from geomhw.errors import FormatError
+from geomhw.io import read
+from geomhw.mesh.primitives import grid, icosphere
+from geomhw.mesh.triangle_mesh import TriangleMesh
+from geomhw.methods.flow_fields import blob, bump
+from geomhw.methods.heat_distance import HeatDistance
+from geomhw.methods.sources import face_source, joined, vertex_sources
+from geomhw_cli.sources import SourceSpecs
+
+BALL, SHEET = icosphere(2), grid(6, 6)
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Each test works in a folder of its own, with a ball and a sheet in it."""
+    monkeypatch.chdir(tmp_path)
+    save_off(BALL, "ball.off")
+    save_off(SHEET, "sheet.off")
+    return tmp_path
+
+
+def points(mesh: TriangleMesh, *texts: str) -> list[object]:
+    """What the specs name, in their order."""
+    return SourceSpecs.parse(texts).on(mesh).report()
+
+
+def inside(face: int, *weights: float) -> dict[str, object]:
+    return {"face": face, "barycentric": pytest.approx(list(weights or [1 / 3] * 3), rel=1e-15)}
+
+
+@pytest.mark.parametrize(
+    ("texts", "expected"),
+    [
+        (["12"], [12]),
+        (["12,40-44"], [12, 40, 41, 42, 43, 44]),
+        (["3", "20"], [3, 20]),
+        ([" 3 , 20  5,"], [3, 20, 5]),
+        (["7-7"], [7]),
+        (["face:17"], [inside(17)]),
+        (["face:17,3"], [inside(17), 3]),
+        (["face:17:0.2,0.3,0.5"], [inside(17, 0.2, 0.3, 0.5)]),
+        (["face:17:.2,3e-1,0.5,12,face:2"], [inside(17, 0.2, 0.3, 0.5), 12, inside(2)]),
+        (["max-x,min-x,max-y,min-y"], [6, 0, 42, 0]),
+        ([], [42]),
+        (["boundary"], sorted({*range(7), *range(42, 49), *range(0, 49, 7), *range(6, 49, 7)})),
+        (["near:0.5,0.5,3"], [24]),
+        (["near:-1,+1e0,0"], [42]),
+        (["near:0.5,0.5,0,max-y"], [24, 42]),
+    ],
+)
+def test_specs(texts: list[str], expected: list[object]) -> None:
+    """Each spec on a flat sheet of 7 x 7 vertices; several are joined in their order."""
+    assert points(SHEET, *texts) == expected
+
+
+def test_nearest_point_is_named() -> None:
+    """near: gives a point within a face where there is no vertex."""
+    (found,) = points(SHEET, "near:0.51,0.52,9")
+    sources = SourceSpecs.parse(["near:0.51,0.52,9"]).on(SHEET)
+    assert isinstance(found, dict)
+    np.testing.assert_allclose(sources.positions(SHEET), [[0.51, 0.52, 0]], atol=1e-14)
+
+
+def test_file_of_specs() -> None:
+    """One or several a line, with remarks, blank lines and whatever ends a line."""
+    Path("my seeds.txt").write_bytes(b"\xef\xbb\xbf# seeds\r\n12, 40-41   # two\r\n\r\nface:3 max-y\n5")
+    assert points(SHEET, "@my seeds.txt", "1") == [12, 40, 41, inside(3), 42, 5, 1]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "top",
+        "1.5",
+        "1,,2",
+        "face:",
+        "face:1:0.5,0.5",
+        "face:1:0.2,0.3,0.4,0.1",
+        "near:0,1",
+        "near:nan,0,0",
+        "max-w",
+        "12-",
+        "boundary2",
+        "12,@f.txt",
+    ],
+)
+def test_no_source(text: str) -> None:
+    """What is no source is refused before the mesh is read."""
+    with pytest.raises(UsageError, match="is no source; give"):
+        SourceSpecs.parse([text])
+
+
+def test_range_runs_forward() -> None:
+    """From the smaller to the larger."""
+    with pytest.raises(UsageError, match="'44-40' runs backward"):
+        SourceSpecs.parse(["44-40"])
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        (None, "there is no such file"),
+        (b"", "empty file"),
+        (b"# nothing\n\n", "nothing but blank lines"),
+        (b"1\n2 # two\n\n3 three\n", "line 4: 'three' is no source"),
+        (b"1\n@other.txt\n", "line 2: '@other.txt' is no source"),
+        (b"1\n9-3\n", "line 2: '9-3' runs backward"),
+        (b"\xff\xfe1\n", "no text file"),
+    ],
+)
+def test_bad_file(content: bytes | None, words: str) -> None:
+    """One sentence with the name of the file, and the line."""
+    if content is not None:
+        Path("s.txt").write_bytes(content)
+    with pytest.raises(FormatError, match=rf"s\.txt.*{words}"):
+        SourceSpecs.parse(["@s.txt"])
+
+
+@pytest.mark.parametrize("command", ["geodesic", "vecdiffuse"])
+@pytest.mark.parametrize(
+    ("mesh", "arguments", "code", "words"),
+    [
+        ("ball.off", ["boundary"], 1, "the mesh has no boundary"),
+        ("ball.off", ["162"], 1, "source 162 is not a vertex: the mesh has 162 (0 to 161)"),
+        ("ball.off", ["3-99999999999999"], 1, "source 99999999999999 is not a vertex"),
+        ("ball.off", ["face:320"], 1, "face 320 does not exist: the mesh has 320 faces (0 to 319)"),
+        ("ball.off", ["face:1:0.5,0.6,-0.1"], 1, "none may be negative"),
+        ("ball.off", ["face:1:0.5,0.6,0.1"], 1, "sum to 1.2; they must sum to 1"),
+        ("ball.off", ["@far.txt"], 1, "far.txt, line 3: source 900 is not a vertex"),
+        ("ball.off", ["@none.txt"], 1, "none.txt: there is no such file"),
+        ("ball.off", ["3;4"], 2, "'3;4' is no source"),
+    ],
+)
+def test_refused(command: str, mesh: str, arguments: list[str], code: int, words: str, folder: Path) -> None:
+    """One sentence, the right exit code, and nothing written."""
+    Path("far.txt").write_text("1\n\n900 # far\n")
+    before = sorted(path.name for path in folder.iterdir())
+    answer = run(command, mesh, "--source", *arguments)
+    assert answer.exit_code == code
+    assert answer.stdout == ""
+    assert words in answer.stderr.strip().splitlines()[-1]
+    assert code == 2 or len(answer.stderr.strip().splitlines()) == 1
+    assert sorted(path.name for path in folder.iterdir()) == before
+
+
+def test_geodesic_is_the_library() -> None:
+    """Options joined give the arrays of the library, to the last bit; report and lines name the points."""
+    arguments = ("geodesic", "ball.off", "--source", "9,face:17:0.2,0.3,0.5", "--source", "4", "-o", "a.vtp")
+    answer = run(*arguments, "--json")
+    sources = joined([vertex_sources(BALL, [9]), face_source(BALL, 17, [0.2, 0.3, 0.5]), vertex_sources(BALL, [4])])
+    expected = HeatDistance(BALL).from_sources(sources)
+    written = read("a.vtp")
+    for field in expected.fields:
+        np.testing.assert_array_equal(written[field.name], field.values)
+    assert json.loads(answer.stdout)["sources"] == [4, 9, {"face": 17, "barycentric": [0.2, 0.3, 0.5]}]
+    assert "source    4, 9, face 17 (0.2, 0.3, 0.5)\n" in run(*arguments).stdout
+
+
+def test_many_sources_are_counted() -> None:
+    """Of many, the report and the line have the number and the first few; the vectors too."""
+    for command in ("geodesic", "vecdiffuse"):
+        answer = run(command, "sheet.off", "--source", "boundary", "-o", "a.vtp", "--json")
+        report = json.loads(answer.stdout)
+        assert report["source_count"] == 24
+        assert report["sources"] == [*range(8), 13, 14, 20, 21, 27, 28, 34, 35, 41, *range(42, 45)]
+        assert len(report.get("vectors", [0] * 20)) == 20
+        words = run(command, "sheet.off", "--source", "boundary", "-o", "a.vtp").stdout
+        assert "source    24 points: 0, 1, 2, 3, 4, 5, 6, 7, ...\n" in words
+    few = json.loads(run("geodesic", "sheet.off", "--source", "0-19", "-o", "a.vtp", "--json").stdout)
+    assert few["sources"] == list(range(20))
+    assert "source_count" not in few
+
+
+def test_below_zero_is_said() -> None:
+    """Where the method fails beside a source, a line says at how many vertices."""
+    square = grid(24, 24)
+    save_off(TriangleMesh(square.vertices + 20 * square.vertices[:, [1, 2, 2]], square.faces), "slivers.off")
+    answer = run("geodesic", "slivers.off", "--source", "312,313", "-o", "a.vtp")
+    assert "came out below zero" in answer.stdout
+    assert "below zero" not in run("geodesic", "sheet.off", "--source", "boundary", "-o", "a.vtp").stdout
+
+
+def test_vecdiffuse_within_a_face() -> None:
+    """--angle counts from the face's first edge, in its plane; values go to sources as they were named."""
+    angles = ("--angle", "90", "--angle", "30")
+    answer = run("vecdiffuse", "sheet.off", "--source", "face:20", "--source", "3", *angles, "-o", "a.vtp", "--json")
+    report = json.loads(answer.stdout)
+    assert report["sources"] == [3, inside(20)]
+    a, b = SHEET.vertices[SHEET.faces[20, :2]]
+    along = (b - a) / np.linalg.norm(b - a)
+    np.testing.assert_allclose(report["vectors"][1], np.cross([0, 0, 1], along), atol=1e-14)
+    assert run("vecdiffuse", "sheet.off", "--source", "0-2", *angles).exit_code == 2
+
+
+def test_blob_at_any_point() -> None:
+    """The color of advect starts as a bump about the point that a source spec names; a blob has one."""
+    for spec, center in (("face:20", SHEET.face_centers[20]), ("near:0.31,0.44,1", [0.31, 0.44, 0.0]), ("7", None)):
+        run("advect", "sheet.off", "--color", f"blob:{spec}", "--steps", "1", "--every", "1", "-o", "a.pvd", "-q")
+        (first, *_) = sorted(Path().glob("a.*.vtp"))
+        expected = blob(SHEET, 7) if center is None else bump(SHEET, np.array(center))
+        np.testing.assert_allclose(read(first)["color"], expected, rtol=1e-12)
+    answer = run("advect", "sheet.off", "--color", "blob:boundary")
+    assert answer.exit_code == 1
+    assert "'blob:boundary' names 24 points; a blob has one" in answer.stderr
