@@ -12,6 +12,7 @@ _HOMES = {
     "TriangleMesh": "geomhw.mesh.triangle_mesh",
     "HeatDistance": "geomhw.methods.heat_distance",
     "heat_distance": "geomhw.methods.heat_distance",
+    "Sources": "geomhw.methods.sources",
     "VectorHeat": "geomhw.methods.vector_heat",
     "FlowMap": "geomhw.methods.advection",
     "Tracer": "geomhw.methods.tracing",

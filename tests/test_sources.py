@@ -4,9 +4,10 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from conftest import sheared, two_spheres, zoo_mesh
+from conftest import sheared, split_diagonals, two_spheres, zoo_mesh
 
 from geomhw.errors import FieldError
+from geomhw.mesh.distances import edge_path_distance
 from geomhw.mesh.nearest import nearest_on_surface
 from geomhw.mesh.primitives import grid, icosphere, strip
 from geomhw.mesh.triangle_mesh import TriangleMesh
@@ -167,6 +168,42 @@ def test_corners_are_exact() -> None:
         assert (distance > 0).all()
 
 
+@pytest.mark.parametrize("robust", [False, True])
+def test_refined_from_within_faces(robust: bool) -> None:
+    """In the plane, refined distances from points within faces are straight lines, over slivers and, if robust, faces
+    without area too, in one of which a point may lie."""
+    flat = split_diagonals()
+    for mesh, face in [(sheared(12, 20.0), 70), *[(flat, f) for f in (70, flat.degenerate_faces[40]) if robust]]:
+        for weights in (INSIDE, [0.5, 0.0, 0.5]):
+            point = face_source(mesh, int(face), weights)
+            found = HeatDistance(mesh, "h2", robust=robust, refine=True).from_sources(point)["distance"]
+            np.testing.assert_allclose(found, straight_lines(mesh, point), rtol=1e-9, atol=1e-14)
+
+
+def test_refined_on_the_sphere() -> None:
+    """Refined, distances from points within faces and vertices are several times closer to the great circles."""
+    mesh = icosphere(4)
+    sources = joined([face_source(mesh, 900, INSIDE), vertex_sources(mesh, [3]), face_source(mesh, 4000)])
+    exact = great_circles(mesh, sources)
+    plain, refined = (
+        np.abs(HeatDistance(mesh, "h2", refine=refine).from_sources(sources)["distance"] - exact).mean()
+        for refine in (False, True)
+    )
+    assert refined < 0.1 * plain
+
+
+def test_paths_along_edges_start_at_the_corners() -> None:
+    """From several starts, each with its own length, the shortest of all paths; no distance is longer."""
+    mesh = zoo_mesh("crumpled_torus")
+    sources = joined([face_source(mesh, 17, INSIDE), vertex_sources(mesh, [200])])
+    known = known_distances(mesh, sources)
+    first = np.flatnonzero(np.isfinite(known))
+    path = edge_path_distance(mesh, first, known)
+    single = [known[vertex] + edge_path_distance(mesh, np.array([vertex])) for vertex in first]
+    np.testing.assert_allclose(path, np.min(single, axis=0), rtol=1e-14)
+    assert (HeatDistance(mesh, "20*h2").from_sources(sources)["distance"] <= path).all()
+
+
 def test_corner_is_the_vertex() -> None:
     """With all weight on one corner a point is that vertex, to the last bit; so is one a rounding away."""
     mesh = zoo_mesh("sphere")
@@ -236,7 +273,7 @@ def test_robust_agrees_on_a_delaunay_mesh() -> None:
     """With nothing to flip, --robust changes rounding only, for points within faces too."""
     mesh = icosphere(3)
     sources = joined([face_source(mesh, 5, INSIDE), vertex_sources(mesh, [100, 101])])
-    one, other = (HeatDistance(mesh, "h2", robust=robust).from_sources(sources) for robust in (False, True))
+    one, other = (HeatDistance(mesh, "h2", robust=r, refine=False).from_sources(sources) for r in (False, True))
     for field in one.fields:
         size = np.abs(field.values).max()
         np.testing.assert_allclose(other[field.name], field.values, rtol=0, atol=1e-10 * size)
@@ -296,12 +333,10 @@ def test_sources_of_another_sheet_do_not_count() -> None:
         np.concatenate([sheet.faces, sheet.faces + n]),
     )
     sources = joined([face_source(both, 30), face_source(both, 30 + sheet.n_faces, [0.1, 0.1, 0.8])])
-    held, distance = known_distances(both, sources)
-    assert sorted(held) == sorted([*both.faces[30], *both.faces[30 + sheet.n_faces]])
-    for source in (0, 1):
-        place = sources.positions(both)[source]
-        own = (held >= n) == source
-        np.testing.assert_allclose(distance[own], np.linalg.norm(both.vertices[held[own]] - place, axis=1), rtol=1e-14)
+    known = known_distances(both, sources)
+    assert np.count_nonzero(np.isfinite(known)) == 6
+    for place, face in zip(sources.positions(both), both.faces[[30, 30 + sheet.n_faces]], strict=True):
+        np.testing.assert_allclose(known[face], np.linalg.norm(both.vertices[face] - place, axis=1), rtol=1e-14)
 
 
 def test_a_pile_of_sheets() -> None:
@@ -316,9 +351,9 @@ def test_a_pile_of_sheets() -> None:
     shifted = 0.01 * np.stack([np.cos(middle), np.sin(middle), 0 * middle], axis=1)
     weights = 1 / 3 + 2 / 3 * np.einsum("sx,skx->sk", shifted, corners.reshape(4, 3, 3))
     sources = joined([face_source(mesh, k, weights[k]) for k in range(4)])
-    held, known = known_distances(mesh, sources)
-    assert len(held) == 1
-    assert known[0] == pytest.approx(1, abs=0.02)
+    known = known_distances(mesh, sources)
+    (held,) = np.flatnonzero(np.isfinite(known))
+    assert known[held] == pytest.approx(1, abs=0.02)
     distance = HeatDistance(mesh, "h2").from_sources(sources)["distance"]
     assert (distance > 0).all()
 

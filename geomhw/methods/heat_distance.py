@@ -75,6 +75,10 @@ class HeatDistance:
     def _unfolding(self) -> Unfolding:
         return Unfolding(self._domain)
 
+    @cached_property
+    def _unfolding_of_mesh(self) -> Unfolding:
+        return Unfolding(self.mesh)
+
     def from_vertices(self, sources: Sequence[int] | Ints) -> Result:
         """Distance from the nearest of the source vertices; fields as in `from_sources`."""
         return self.from_sources(vertex_sources(self.mesh, sources))
@@ -98,8 +102,10 @@ class HeatDistance:
         spread = self._divergence @ _directions(self._domain, self._hats, heat, wanted.vertices).ravel()
         distance, raised = self._bounded(self._distance(spread, wanted, start, reached), wanted, start)
         if self._refine:
+            # A face that holds a source is one of the mesh, and may be none of another triangulation.
+            unfold = self._unfolding_of_mesh if self.robust and len(wanted.within_faces) else self._unfolding
             chord = chord_to_nearest(mesh, wanted, np.arange(mesh.n_vertices))
-            distance, raised = np.maximum(self._unfolding(start, distance), chord), {}
+            distance, raised = np.maximum(unfold(start, distance), chord), {}
         u = heat.plain
         fields = [
             Field("heat", "vertex", u),
