@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 SOURCE_HELP = (
     "12 or 12,40-44 (vertices, counted from 0), face:17 (its barycenter), face:17:0.2,0.3,0.5 (barycentric "
     "coordinates), near:X,Y,Z (the nearest point of the surface), max-y, min-x and the like (a vertex), boundary (all "
-    "its vertices), @FILE (a text file of these), or several with commas between"
+    "its vertices), several of these with commas between, or @FILE (a text file of them)"
 )
 #: A report lists no more sources than this, a line no more than that; beyond, it gives their number.
 MOST_REPORTED, MOST_IN_A_LINE = 20, 8
