@@ -17,6 +17,7 @@ from geomhw_cli.sources import SourceSpecs, shortened, source_line
 @options.robust_option
 @options.refine_option
 @options.boundary_option
+@options.solver_option
 @options.output_option
 @options.png_option
 @options.no_png_option
@@ -29,6 +30,7 @@ def geodesic(
     robust: bool,
     refine: bool | None,
     boundary: Any,
+    solver: Any,
     outputs: tuple[Path, ...],
     png: Path | None,
     no_png: bool,
@@ -68,7 +70,7 @@ def geodesic(
     )
     mesh = job.read()
     with job.stage("compute"):
-        result = HeatDistance(mesh, time, robust, refine, boundary).from_sources(sources.on(mesh))
+        result = HeatDistance(mesh, time, robust, refine, boundary, solver).from_sources(sources.on(mesh))
     job.write(result, geodesic_picture)
     report = result.report
     farthest, t = report["farthest"], report["time"]

@@ -50,6 +50,15 @@ boundary_option = click.option(
     "best next to it.",
 )
 
+solver_option = click.option(
+    "--solver",
+    type=click.Choice(["auto", "multigrid", "direct"]),
+    default="auto",
+    show_default=True,
+    help="direct factors; multigrid iterates, in a fraction of the time on large meshes; auto goes by the size, and "
+    "factors where iteration does not converge.",
+)
+
 output_option = click.option(
     "-o",
     "--output",

@@ -161,6 +161,9 @@ def test_geodesic_refined_and_boundary() -> None:
         assert report["refined"] == (option == "--refine")
         assert report["boundary"] == ("average" if "average" in option else "neumann")
         errors[option] = np.abs(read("a.vtu")["distance"] - exact).max()
+    for solver in ("auto", "multigrid", "direct"):
+        report = json.loads(run("geodesic", "square.off", "--solver", solver, "--json").stdout)
+        assert report["solver"] == ("multigrid" if solver == "multigrid" else "direct")
     assert errors["--refine"] < 1e-12 < errors["--boundary=average"] < errors["--no-refine"]
 
 

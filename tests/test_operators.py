@@ -13,7 +13,7 @@ from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.operators.averaging import faces_to_vertices, vertices_to_faces
 from geomhw.operators.directional import directional_derivative, face_derivative
 from geomhw.operators.edge_functions import edge_gradient
-from geomhw.operators.gradient import divergence, gradient
+from geomhw.operators.gradient import divergence, divergence_of, gradient
 from geomhw.operators.laplacian import consistent_mass, lumped_mass, stiffness
 
 
@@ -207,3 +207,10 @@ def test_zoo_has_a_loose_vertex_and_a_boundary() -> None:
     """The zoo stays as hostile as these tests assume."""
     assert zoo_mesh("two_spheres").unreferenced_vertices.size
     assert zoo_mesh("annulus").boundary_vertices.size
+
+
+def test_divergence_of_one_field(mesh: TriangleMesh) -> None:
+    """Without the matrix, the same divergence."""
+    field = np.random.default_rng(8).normal(size=(mesh.n_faces, 3))
+    expected = divergence(mesh) @ field.ravel()
+    np.testing.assert_allclose(divergence_of(mesh, field), expected, atol=1e-13 * np.abs(expected).max())

@@ -22,11 +22,14 @@ from geomhw.methods.several_sources import chord_to_nearest, held_distance, know
 from geomhw.methods.sources import Sources, vertex_sources
 from geomhw.methods.time_step import TimeStep
 from geomhw.methods.unfolding import Unfolding
-from geomhw.operators.gradient import divergence, hat_gradients
+from geomhw.operators.gradient import divergence_of, hat_gradients
 from geomhw.results import Field, Result
-from geomhw.solvers.direct import DirectSolver
+from geomhw.solvers.choice import LaplaceSolver, SolverName, iterates
 from geomhw.solvers.grounding import balanced, free_unknowns
 from geomhw.solvers.wavefront import LogValues
+
+#: Heat that differs by less than this share of itself over a face falls in no direction: what is left is rounding.
+LEVEL = 1e-9
 
 
 class HeatDistance:
@@ -35,8 +38,10 @@ class HeatDistance:
     time: as in `time_step`. robust: compute on the intrinsic Delaunay triangulation of the mesh, see
     `RobustTriangulation`, where heat is nowhere negative and faces without area do no harm; h is then the mean edge
     length there. refine: correct the distances by `Unfolding`; by default where robust is asked for. boundary: how heat
-    meets the boundary, as in `HeatFlow`; the mean of both conditions is best next to it. MeshError if a face has no
-    area and robust is not asked for, FieldError for a time or a condition that is none.
+    meets the boundary, as in `HeatFlow`; the mean of both conditions is best next to it. solver: ``direct`` factors,
+    once for all sources; ``multigrid`` iterates, which on large meshes takes a fraction of that; ``auto`` goes by the
+    size of the mesh, and factors where iteration does not converge. MeshError if a face has no area and robust is not
+    asked for, FieldError for a time, a condition or a solver that is none.
 
     >>> from geomhw.mesh.primitives import icosphere
     >>> result = HeatDistance(icosphere(3)).from_vertices([7])
@@ -51,13 +56,13 @@ class HeatDistance:
         robust: bool = False,
         refine: bool | None = None,
         boundary: Boundary = "neumann",
+        solver: SolverName = "auto",
     ) -> None:
         self.mesh = mesh
         self._refine = robust if refine is None else refine
         self.robust = RobustTriangulation.of(mesh) if robust else None
         self._domain = self.robust.surface if self.robust else mesh
-        self._flow = HeatFlow(self._domain, time, boundary, mesh.boundary_vertices)
-        self._divergence = divergence(self._domain)
+        self._flow = HeatFlow(self._domain, time, boundary, mesh.boundary_vertices, solver)
         self._own_hats = hat_gradients(mesh, zero_without_area=robust)
         self._hats = hat_gradients(self._domain) if robust else self._own_hats
 
@@ -67,9 +72,9 @@ class HeatDistance:
         return self._flow.time
 
     @cached_property
-    def _poisson_solver(self) -> DirectSolver:
-        mesh = self.mesh
-        return DirectSolver(self._flow.stiffness, free_unknowns(mesh.components, mesh.unreferenced_vertices))
+    def _poisson_solver(self) -> LaplaceSolver:
+        free = free_unknowns(self.mesh.components, self.mesh.unreferenced_vertices)
+        return LaplaceSolver(self._flow.stiffness, free, self._flow.solver)
 
     @cached_property
     def _unfolding(self) -> Unfolding:
@@ -99,7 +104,8 @@ class HeatDistance:
         heat = self._flow.from_impulse(impulse)
         reached = self._flow.reached(impulse)
         start = known_distances(mesh, wanted)
-        spread = self._divergence @ _directions(self._domain, self._hats, heat, wanted.vertices).ravel()
+        directions = _directions(self._domain, self._hats, heat, wanted.vertices)
+        spread = divergence_of(self._domain, directions, self._hats)
         distance, raised = self._bounded(self._distance(spread, wanted, start, reached), wanted, start)
         if self._refine:
             # A face that holds a source is one of the mesh, and may be none of another triangulation.
@@ -157,6 +163,7 @@ class HeatDistance:
             "unreachable_vertices": unreached,
             "refined": self._refine,
             "boundary": self._flow.boundary,
+            "solver": "multigrid" if iterates(self._flow.solver, self.mesh.n_vertices) else "direct",
         } | ({"robust": self.robust.report()} if self.robust else {})
 
 
@@ -170,9 +177,10 @@ def _slopes(surface: PolyhedralSurface, hats: Floats, heat: LogValues) -> Floats
 
 
 def _directions(surface: PolyhedralSurface, hats: Floats, heat: LogValues, vertices: Ints) -> Floats:
-    """-∇u/|∇u| per face, (m, 3); zero between three of the source vertices, where u is flat up to rounding."""
+    """-∇u/|∇u| per face, (m, 3); zero where u is flat but for rounding, as between three source vertices."""
     slopes = _slopes(surface, hats, heat)
-    slopes[np.isin(surface.faces, vertices).all(axis=1)] = 0.0
+    flat = np.linalg.norm(slopes, axis=1) * np.sqrt(surface.face_areas) < LEVEL
+    slopes[flat | np.isin(surface.faces, vertices).all(axis=1)] = 0.0
     return unit(-slopes)
 
 

@@ -6,14 +6,16 @@ from typing import Any, Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from geomhw.errors import FieldError
+from geomhw.errors import ConvergenceError, FieldError
 from geomhw.mesh.arrays import Floats, Ints
 from geomhw.mesh.distances import edge_path_distance
 from geomhw.mesh.polyhedral import PolyhedralSurface
 from geomhw.mesh.topology import vertex_components
 from geomhw.methods.time_step import time_step
 from geomhw.operators.laplacian import lumped_mass, stiffness
+from geomhw.solvers.choice import SolverName, iterates
 from geomhw.solvers.direct import DirectSolver
+from geomhw.solvers.sweeps import solve_by_sweeps
 from geomhw.solvers.wavefront import LogValues, in_reach, solve_decaying
 
 #: What to do about a face without area, for whoever asked for heat.
@@ -28,7 +30,8 @@ class HeatFlow:
     """One backward Euler step of the heat equation: (M + tS) u = u0, with u0 integrated over vertices [GIH, eq. 3].
 
     Factors on first use. time: as in `time_step`. boundary: what holds at the rim, the vertices of the mesh's boundary;
-    nothing where there are none. MeshError if a face has no area, FieldError for a time or a boundary that is none.
+    nothing where there are none. solver: ``direct`` by factorization; ``multigrid``, here by sweeps that
+    follow the heat; or ``auto``. MeshError if a face has no area, FieldError for a time or a boundary that is none.
     """
 
     def __init__(
@@ -37,6 +40,7 @@ class HeatFlow:
         time: str | float = "auto",
         boundary: Boundary = "neumann",
         rim: Ints | None = None,
+        solver: SolverName = "auto",
     ) -> None:
         mesh.require_area(REMEDY)
         if boundary not in get_args(Boundary):
@@ -44,6 +48,8 @@ class HeatFlow:
                 f"there is no boundary condition '{boundary}'; choose from {', '.join(get_args(Boundary))}"
             )
         self.mesh = mesh
+        self.solver = solver
+        self._iterates = iterates(solver, mesh.n_vertices)
         self.time = time_step(time, mesh.mean_edge_length)
         self.stiffness = stiffness(mesh)
         self.surface = np.ones(mesh.n_vertices, dtype=bool)
@@ -58,12 +64,14 @@ class HeatFlow:
         return (lumped_mass(self.mesh) + self.time.t * self.stiffness).tocsr()
 
     @cached_property
-    def _solver(self) -> DirectSolver:
-        return DirectSolver(self.matrix, self.surface)
+    def _solvers(self) -> dict[bool, DirectSolver]:
+        return {}
 
-    @cached_property
-    def _solver_inside(self) -> DirectSolver:
-        return DirectSolver(self.matrix, self._inside)
+    def _solver(self, open_end: bool) -> DirectSolver:
+        """The factorization with the rim free or held at zero, made once."""
+        if open_end not in self._solvers:
+            self._solvers[open_end] = DirectSolver(self.matrix, self.surface if open_end else self._inside)
+        return self._solvers[open_end]
 
     @cached_property
     def _components_inside(self) -> Ints:
@@ -81,27 +89,41 @@ class HeatFlow:
         """
         insulated = cold = None
         if self.boundary != "dirichlet":
-            insulated = self._decaying(self._solver, impulse, self.reached(impulse))
+            insulated = self._decaying(impulse, self.reached(impulse), self.surface)
         if self.boundary != "neumann":
             inner = np.where(self._inside, impulse, 0.0)
             if self.boundary == "dirichlet" and not inner.any():
                 raise FieldError("no heat flows from sources on a boundary that is kept cold; take another condition")
             labels = self._components_inside
             there = np.isin(labels, labels[np.flatnonzero(inner)]) & self._inside
-            cold = self._decaying(self._solver_inside, inner, there)
+            cold = self._decaying(inner, there, self._inside)
         if insulated is None or cold is None:
             return insulated or cold or LogValues.of(impulse)
         return insulated.mean_with(cold)
 
-    def _decaying(self, solver: DirectSolver, impulse: Floats, there: NDArray[np.bool_]) -> LogValues:
-        """The solution on the part of the mesh where heat comes."""
+    def _decaying(self, impulse: Floats, there: NDArray[np.bool_], free: NDArray[np.bool_]) -> LogValues:
+        """The solution on the part of the mesh where heat comes; zero where it is not free to be else."""
+        where = np.flatnonzero(there)
+        if self._iterates and len(where):
+            try:
+                A = self.matrix if len(where) == len(there) else self.matrix[where][:, where]
+                return self._elsewhere_none(solve_by_sweeps(A, impulse[where], self._travel(impulse)[where]), where)
+            except ConvergenceError:
+                if self.solver == "multigrid":
+                    raise
+                self._iterates = False
         with np.errstate(under="ignore"):
-            u = solver(impulse)
+            u = self._solver(free is self.surface)(impulse)
         if in_reach(u[there]):
             return LogValues.of(u)
-        where = np.flatnonzero(there)
-        travel = edge_path_distance(self.mesh, np.flatnonzero(impulse))[where] / np.sqrt(self.time.t)
-        far = solve_decaying(self.matrix[where][:, where], impulse[where], u[where], travel)
+        A = self.matrix[where][:, where]
+        return self._elsewhere_none(solve_decaying(A, impulse[where], u[where], self._travel(impulse)[where]), where)
+
+    def _travel(self, impulse: Floats) -> Floats:
+        """How far heat has come at each vertex, (n,), in lengths √t."""
+        return edge_path_distance(self.mesh, np.flatnonzero(impulse)) / np.sqrt(self.time.t)
+
+    def _elsewhere_none(self, part: LogValues, where: Ints) -> LogValues:
         heat = LogValues.of(np.zeros(self.mesh.n_vertices))
-        heat.log[where], heat.sign[where] = far.log, far.sign
+        heat.log[where], heat.sign[where] = part.log, part.sign
         return heat

@@ -12,7 +12,7 @@ from geomhw.mesh.arrays import Floats, Ints
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.methods.heat_flow import HeatFlow
 from geomhw.methods.sources import Sources
-from geomhw.solvers.direct import DirectSolver
+from geomhw.solvers.choice import LaplaceSolver
 from geomhw.solvers.grounding import free_unknowns
 
 
@@ -28,7 +28,7 @@ def source_heat(flow: HeatFlow, sources: Sources) -> Floats:
     held = np.zeros(n)
     held[vertices] = 1.0
     with np.errstate(under="ignore"):
-        u = held + DirectSolver(flow.matrix, flow.surface & (held == 0))(-(flow.matrix @ held))
+        u = held + LaplaceSolver(flow.matrix, flow.surface & (held == 0), flow.solver)(-(flow.matrix @ held))
     shares = (flow.matrix @ u)[vertices]
     impulse = sources.within_faces.impulse(n)
     impulse[vertices] += shares / shares.mean()
@@ -62,7 +62,7 @@ def held_distance(flow: HeatFlow, spread: Floats, start: Floats, reached: Ints) 
     mesh, held = flow.mesh, np.flatnonzero(np.isfinite(start))
     phi = np.where(np.isfinite(start), start, 0.0)
     free = free_unknowns(mesh.components, mesh.unreferenced_vertices, held=held) & reached
-    return np.asarray(phi + DirectSolver(flow.stiffness, free)(-spread - flow.stiffness @ phi))
+    return np.asarray(phi + LaplaceSolver(flow.stiffness, free, flow.solver)(-spread - flow.stiffness @ phi))
 
 
 def chord_to_nearest(mesh: TriangleMesh, sources: Sources, vertices: Ints) -> Floats:

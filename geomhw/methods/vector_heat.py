@@ -54,7 +54,7 @@ class VectorHeat:
         self.connection = connection
         self.robust = RobustTriangulation.of(mesh) if robust else None
         surface = self.robust.surface if self.robust else None
-        self._flow = HeatFlow(surface or mesh, time)
+        self._flow = HeatFlow(surface or mesh, time, solver="direct")
         K = complex_connection_stiffness(mesh, connection, surface)
         self._matrix = (lumped_mass(surface or mesh) + self.time.t * K).tocsr()
 

@@ -4,6 +4,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from geomhw.mesh.arrays import Floats
+from geomhw.mesh.geometry import corner_sum
 from geomhw.mesh.polyhedral import PolyhedralSurface
 
 
@@ -40,3 +41,13 @@ def divergence(mesh: PolyhedralSurface) -> sp.csr_array:
     boundary. ``Div @ G == -stiffness``. Divide by ``mesh.vertex_areas`` for the pointwise divergence.
     """
     return (gradient(mesh).T * -np.repeat(mesh.face_areas / mesh.sheets, 3)).tocsr()
+
+
+def divergence_of(mesh: PolyhedralSurface, field: Floats, hats: Floats | None = None) -> Floats:
+    """`divergence` applied to one face field, (m, 3), without the matrix: (n,), units of the field times length.
+
+    hats: `hat_gradients` of the mesh, if they are there already.
+    """
+    hats = hat_gradients(mesh) if hats is None else hats
+    shares = np.einsum("fkx,fx,f->fk", hats, field, -mesh.face_areas / mesh.sheets)
+    return corner_sum(shares, mesh.faces, mesh.n_vertices)

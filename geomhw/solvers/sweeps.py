@@ -1,0 +1,85 @@
+"""The heat system by sweeps that follow the heat: linear in size, right at any extent.
+
+Scaled by a decay close to its own (`geomhw.solvers.wavefront`), the system (M + tS) u = b has a solution of order one,
+and what is to be known at a vertex comes from those nearer to the source. So unknowns are put in the order in which
+heat arrives and solved for in blocks of a few rings, by symmetric Gauss-Seidel sweeps, each block once more with the
+next one; how the solution decays in one block scales the next.
+"""
+
+import numpy as np
+import scipy.sparse as sp
+
+from geomhw.errors import ConvergenceError
+from geomhw.mesh.arrays import Floats
+from geomhw.solvers.wavefront import LogValues
+
+#: Width of a block, in lengths √t: what lies beyond changes a solution by exp(-2 · 20) there.
+BLOCK = 20.0
+#: A block is done when a sweep changes no value by more than this share of itself,
+TOLERANCE = 1e-8
+#: or, where it happens to be small, of this share of the largest in the block.
+SMALL = 1e-6
+MAX_SWEEPS = 200
+
+
+def solve_by_sweeps(matrix: sp.csr_array, rhs: Floats, travel: Floats) -> LogValues:
+    """Solve A u = b where u falls off with ``travel``, for A symmetric and positive definite.
+
+    rhs: (n,), zero but at the sources. travel: (n,), finite, zero at the sources, growing about like -log u.
+    ConvergenceError where a block does not settle.
+    """
+    order = np.argsort(travel, kind="stable")
+    A = sp.csr_array(matrix[order][:, order])
+    p, plain = travel[order], rhs[order].astype(float)
+    b = np.zeros_like(p)
+    rows = np.repeat(np.arange(len(p)), np.diff(A.indptr))
+    ends = np.unique(np.append(np.searchsorted(p, np.arange(BLOCK, p[-1], BLOCK)), len(p))).tolist()
+    v, potential, rate = np.zeros_like(p), p.copy(), 1.0
+    back = low = 0
+    for high in ends:
+        if low:
+            log = np.log(np.abs(v[back:low])) - potential[back:low]
+            rate = _decay(p[back:low], log, rate)
+            potential[low:high] = rate * (p[low:high] - p[low - 1]) - log[-1]
+            v[low:high] = np.sign(v[low - 1])
+        hot = back + np.flatnonzero(plain[back:high])
+        b[hot] = plain[hot] * np.exp(potential[hot])
+        within = slice(A.indptr[back], A.indptr[high])
+        columns = A.indices[within]
+        shift = np.where(columns < high, potential[rows[within]] - potential[columns], -np.inf)
+        _settle(A, A.data[within] * np.exp(shift), v, b, back, high)
+        back, low = low, high
+    place = np.empty_like(order)
+    place[order] = np.arange(len(p))
+    return LogValues.of(v[place], potential[place])
+
+
+def _decay(p: Floats, log: Floats, guess: float) -> float:
+    """By how much -log u grows with p, at least-squares; the guess where that cannot be told."""
+    spread = p - p.mean()
+    width = float(spread @ spread)
+    slope = -float(spread @ (log - log.mean())) / width if width > 0 else guess
+    return min(max(slope, 0.1), 3.0) if np.isfinite(slope) else guess
+
+
+def _settle(A: sp.csr_array, data: Floats, v: Floats, b: Floats, low: int, high: int) -> None:
+    """Sweep unknowns low to high of the scaled system, in place, forth and back until they stay as they are."""
+    from pyamg.amg_core import gauss_seidel
+
+    columns = A.indices[A.indptr[low] : A.indptr[high]]
+    # All that the kernel sees begins at the first unknown that these rows speak of: no work on the rest.
+    first = min(low, int(columns.min()))
+    starts = A.indptr[first : high + 1] - A.indptr[low]
+    columns = np.where(columns < high, columns, first) - columns.dtype.type(first)
+    x, rhs = v[first:high], b[first:high]
+    for _ in range(MAX_SWEEPS):
+        old = v[low:high].copy()
+        gauss_seidel(starts, columns, data, x, rhs, low - first, high - first, 1)
+        gauss_seidel(starts, columns, data, x, rhs, high - first - 1, low - first - 1, -1)
+        new = v[low:high]
+        size = np.abs(new)
+        if (np.abs(new - old) <= TOLERANCE * (size + SMALL * size.max())).all():
+            return
+        if not np.isfinite(size.max()):
+            break
+    raise ConvergenceError("heat does not settle in sweeps on this mesh; compute with --solver direct")

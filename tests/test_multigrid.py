@@ -1,0 +1,118 @@
+"""Solvers that factor nothing: the same answers as a factorization, or a refusal."""
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+from conftest import ZOO, needs_reference, reference, zoo_mesh
+
+from geomhw.errors import ConvergenceError, FieldError
+from geomhw.io import read_mesh
+from geomhw.mesh.distances import edge_path_distance
+from geomhw.mesh.primitives import grid, icosphere, strip
+from geomhw.methods.heat_distance import HeatDistance
+from geomhw.methods.heat_flow import HeatFlow
+from geomhw.operators.laplacian import stiffness
+from geomhw.solvers.choice import LaplaceSolver
+from geomhw.solvers.direct import DirectSolver
+from geomhw.solvers.grounding import balanced, free_unknowns
+from geomhw.solvers.multigrid import MultigridSolver
+from geomhw.solvers.sweeps import solve_by_sweeps
+
+
+@pytest.mark.parametrize("name", [*sorted(ZOO), "large", "long"])
+def test_poisson(name: str) -> None:
+    """S x = b as a factorization has it, one vertex a component held, on meshes of any shape."""
+    mesh = {"large": lambda: icosphere(5), "long": lambda: strip(2000)}.get(name, lambda: zoo_mesh(name))()
+    S, free = stiffness(mesh), free_unknowns(mesh.components, mesh.unreferenced_vertices)
+    b = np.random.default_rng(1).normal(size=mesh.n_vertices)
+    b[mesh.unreferenced_vertices] = 0
+    b = balanced(b, mesh.components)
+    x, expected = MultigridSolver(S, free)(b), DirectSolver(S, free)(b)
+    np.testing.assert_allclose(x, expected, rtol=0, atol=1e-8 * np.abs(expected).max())
+    np.testing.assert_array_equal(MultigridSolver(stiffness(mesh), free)(b), x)
+
+
+def test_poisson_with_held_vertices() -> None:
+    """Vertices that are held at zero stay there."""
+    mesh = grid(30, 20)
+    free = np.ones(mesh.n_vertices, dtype=bool)
+    free[mesh.boundary_vertices] = False
+    b = np.random.default_rng(2).normal(size=mesh.n_vertices)
+    x = MultigridSolver(stiffness(mesh), free)(b)
+    assert not x[~free].any()
+    np.testing.assert_allclose(x, DirectSolver(stiffness(mesh), free)(b), atol=1e-8 * np.abs(x).max())
+    assert not MultigridSolver(stiffness(mesh), free)(np.zeros_like(b)).any()
+
+
+@pytest.mark.parametrize("time", ["0.1*h2", "h2", "4*h2"])
+@pytest.mark.parametrize(
+    ("make", "sources"),
+    [(lambda: icosphere(4), [7]), (lambda: grid(50, 40), [3, 1500]), (lambda: strip(1500), [0])],
+    ids=["sphere", "grid", "strip"],
+)
+def test_heat_by_sweeps(make, sources: list[int], time: str) -> None:  # type: ignore[no-untyped-def]
+    """The logarithm of heat everywhere, one or thousands of orders of magnitude below that of the source."""
+    mesh = make()
+    flow = HeatFlow(mesh, time)
+    impulse = np.zeros(mesh.n_vertices)
+    impulse[sources] = 1
+    travel = edge_path_distance(mesh, np.array(sources)) / np.sqrt(flow.time.t)
+    found, expected = solve_by_sweeps(flow.matrix, impulse, travel), flow.from_impulse(impulse)
+    np.testing.assert_array_equal(found.sign, 1)
+    np.testing.assert_allclose(found.log, expected.log, rtol=0, atol=1e-7)
+
+
+def test_what_does_not_converge_says_so() -> None:
+    """Heat over a long time is no matter for sweeps, an indefinite matrix none for conjugate gradients."""
+    mesh = grid(40, 40)
+    flow = HeatFlow(mesh, "1000*h2")
+    impulse = np.zeros(mesh.n_vertices)
+    impulse[0] = 1
+    with pytest.raises(ConvergenceError, match="--solver direct"):
+        solve_by_sweeps(flow.matrix, impulse, edge_path_distance(mesh, np.array([0])) / np.sqrt(flow.time.t))
+    indefinite = sp.csr_array(sp.diags_array(np.resize([1.0, -1.0], 50)))
+    every = np.ones(50, dtype=bool)
+    with pytest.raises(ConvergenceError, match="--solver direct"):
+        MultigridSolver(indefinite)(np.ones(50))
+    with pytest.raises(ConvergenceError, match="--solver direct"):
+        LaplaceSolver(indefinite, every, "multigrid")(np.ones(50))
+
+
+def test_auto_falls_back(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where multigrid does not converge, auto takes the factorization; small systems it factors at once."""
+    monkeypatch.setattr("geomhw.solvers.choice.LARGE", 40)
+    indefinite = sp.csr_array(sp.diags_array(np.resize([1.0, -1.0], 50)))
+    every = np.ones(50, dtype=bool)
+    np.testing.assert_allclose(LaplaceSolver(indefinite, every)(np.ones(50)), np.resize([1.0, -1.0], 50))
+    monkeypatch.setattr("geomhw.solvers.choice.LARGE", 60)
+    np.testing.assert_allclose(LaplaceSolver(indefinite, every)(np.ones(50)), np.resize([1.0, -1.0], 50))
+    with pytest.raises(FieldError, match="auto, multigrid, direct"):
+        LaplaceSolver(indefinite, every, "best")  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("name", sorted(ZOO))
+def test_distances_agree(name: str) -> None:
+    """Distance does not depend on the solver: from one vertex, from several, with heat kept in or let out."""
+    mesh = zoo_mesh(name)
+    last = int(mesh.faces.max())
+    for sources, boundary in (([0], "neumann"), ([0, last], "neumann"), ([last], "average")):
+        answers = [
+            np.asarray(
+                HeatDistance(mesh, "h2", boundary=boundary, solver=solver).from_vertices(sources)["distance"]  # type: ignore[arg-type]
+            )
+            for solver in ("direct", "multigrid")
+        ]
+        size = answers[0][np.isfinite(answers[0])].max()
+        np.testing.assert_allclose(answers[1], answers[0], rtol=0, atol=1e-7 * size)
+
+
+@needs_reference
+@pytest.mark.parametrize("file", ["kitten.obj", "fandisk.obj", "armadillo.obj"])
+@pytest.mark.parametrize("robust", [False, True])
+def test_distances_agree_on_real_meshes(file: str, robust: bool) -> None:
+    """The same to 1e-7 of the largest distance."""
+    mesh = read_mesh(reference(f"meshes/closed/{file}"))
+    solvers = [HeatDistance(mesh, "h2", robust=robust, refine=False, solver=s) for s in ("direct", "multigrid")]  # type: ignore[arg-type]
+    expected, found = (np.asarray(solver.from_vertices([0])["distance"]) for solver in solvers)
+    assert [solver.from_vertices([0]).report["solver"] for solver in solvers] == ["direct", "multigrid"]
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-7 * expected.max())
