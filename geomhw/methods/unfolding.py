@@ -83,32 +83,38 @@ class Unfolding:
         front = _Front(np.array(start, dtype=float), radius)
         open_corners = np.flatnonzero((np.isfinite(guess) & ~known)[self._i])
         band = (guess[self._i[open_corners]] / (BAND * self._h)).astype(np.int64)
-        order = np.argsort(band, kind="stable")
+        order = np.lexsort((self._i[open_corners], band))
         corners, band = open_corners[order], band[order]
         starts = np.searchsorted(band, np.arange(band.max(initial=-1) + 2))
         for k in range(len(starts) - 1):
-            self._settle(front, corners[starts[max(k - 1, 0)] : starts[k + 1]])
-        self._settle(front, corners)
+            before = starts[max(k - 1, 0)]
+            self._settle(front, corners[before : starts[k + 1]], starts[k] - before)
+        self._settle(front, corners, 0)
         return front.distance
 
-    def _settle(self, front: _Front, corners: Ints) -> None:
-        """Give the vertices at these corners the shortest of their offers, in place, until that changes nothing."""
+    def _settle(self, front: _Front, corners: Ints, new: int) -> None:
+        """Give the vertices at these corners the shortest of their offers, in place, until that changes nothing.
+
+        Corners of one vertex are next to each other. new: those from there on have not been looked at yet; the others
+        are when something changes beside them.
+        """
         i, j, k = self._i[corners], self._j[corners], self._k[corners]
-        due = np.arange(len(corners))
+        due = np.arange(new, len(corners))
         for count in range(MAX_ROUNDS):
-            offer, old = self._offers(front, corners[due]), front.distance[i[due]]
-            wanted = offer.distance < old if count >= PATIENCE else np.isfinite(offer.distance)
-            shortest_last = np.argsort(-offer.distance, kind="stable")
-            taken = shortest_last[wanted[shortest_last]]
-            front.distance[i[due][taken]], front.radius[i[due][taken]] = offer.distance[taken], offer.radius[taken]
-            new = front.distance[i[due]]
-            moved = new != old
-            moved[moved] = ~(np.abs(new[moved] - old[moved]) <= GAIN * new[moved])
-            if not moved.any():
+            if not len(due):
                 return
+            vertex = i[due]
+            first = np.flatnonzero(np.diff(vertex, prepend=-1))
+            offer, old = self._offers(front, corners[due]), front.distance[vertex]
+            length = np.where(offer.distance < old, offer.distance, np.inf) if count >= PATIENCE else offer.distance
+            shortest = np.repeat(np.minimum.reduceat(length, first), np.diff(first, append=len(due)))
+            taken = (length == shortest) & np.isfinite(shortest)
+            front.distance[vertex[taken]], front.radius[vertex[taken]] = offer.distance[taken], offer.radius[taken]
+            moved = taken & (shortest != old)
+            moved[moved] = ~(np.abs(shortest[moved] - old[moved]) <= GAIN * shortest[moved])
             # Whose neighbors have changed asks all of its corners again.
             changed, asks = np.zeros((2, len(front.distance)), dtype=bool)
-            changed[i[due][moved]] = True
+            changed[vertex[moved]] = True
             asks[i[changed[j] | changed[k]]] = True
             due = np.flatnonzero(asks[i])
         raise ConvergenceError("distances do not settle by unfolding; compute without --refine")
