@@ -100,7 +100,7 @@ def fluid(
     inputs = specs.files_of(choices["init"], choices["color_spec"])
     job = Job("fluid", mesh_path, as_json=as_json, quiet=quiet)
     reel = Reel.plan(job, output, gif, mp4, png, csv, inputs)
-    mesh = job.read()
+    mesh = job.read_agreeing()
     with job.stage("set up"):
         untraced, force = _scheme(mesh, choices), _force(mesh, choices, plan.dt)
         scheme = TracedScheme(untraced, choices["tracers"]) if choices["tracers"] else untraced

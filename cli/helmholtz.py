@@ -68,6 +68,9 @@ def helmholtz(
     lines = [
         f"{name.replace('_', '-')}: {shares[name]:.4%} of the energy" for name in ("curl_free", "coexact", "harmonic")
     ]
+    missing = abs(shares["curl_free"] + shares["coexact"] + shares["harmonic"] - 1)
+    if result.report["energy"] and missing > 1e-6:
+        lines.append(f"warning: the parts' energies miss the whole by {missing:.1e}; the mesh has too thin slivers")
     if (lost := result.report["normal_part_removed"]) > 1e-12:
         lines.append(f"note: the field's part normal to the faces ({lost:.4%} of the energy) is left out")
     job.finish(mesh, result.report, lines)

@@ -76,6 +76,16 @@ class Job:
         self.notes = found.report
         return found.mesh
 
+    def read_agreeing(self) -> "TriangleMesh":
+        """The same with faces turned so that they agree on what is up; how many were goes to the report."""
+        from geomhw.mesh.orientation import agreeing
+
+        given = self.read()
+        mesh = agreeing(given)
+        if turned := int((mesh.faces != given.faces).any(axis=1).sum()):
+            self.notes = {**self.notes, "turned_faces": turned}
+        return mesh
+
     def write(self, result: "Result", picture: "Callable[[Result], Any] | None" = None) -> None:
         """Write the data files, all or none; then the picture, so that a failure to draw loses no data."""
         from geomhw.io import write
@@ -109,10 +119,20 @@ class Job:
             click.echo(json.dumps(report, indent=2, allow_nan=False))
         elif not self.quiet:
             width = 10
+            lines = [*lines, *self._remarks(mesh)]
             for label, text in [("mesh", mesh_line(report["mesh"])), *[line.split(": ", 1) for line in lines]]:
                 click.echo(f"{label:<{width}}{text}")
             for path in self.written:
                 click.echo(f"{'wrote':<{width}}{path}")
+
+    def _remarks(self, mesh: "TriangleMesh") -> list[str]:
+        """What a reader of the results should know of the mesh."""
+        lines = []
+        if turned := self.notes.get("turned_faces"):
+            lines.append(f"note: {turned} faces are turned, also in what is written, for all to agree on what is up")
+        if copies := len(mesh.duplicate_faces):
+            lines.append(f"warning: {copies} faces are copies of others; geomhw info --check names them")
+        return lines
 
 
 def robust_line(done: dict[str, Any]) -> str:

@@ -122,6 +122,11 @@ def vecdiffuse(
     lines += [f"dt: {step['t']:.6g} ({step['reason']})" for step in report["times"]]
     if robust:
         lines.append(robust_line(report["robust"]))
+    if crossings := report.get("non_manifold_edges", 0) + report.get("non_manifold_vertices", 0):
+        lines.append(
+            f"warning: {crossings} edges or vertices are not manifold and have no tangent plane; vectors pass there by "
+            "the mean of the normals, which depends on how the faces are turned"
+        )
     if unreached := report["unreachable_vertices"]:
         lines.append(f"warning: {unreached} vertices lie on components without a source; their vectors are 0")
     job.finish(mesh, shortened(report), lines)

@@ -155,7 +155,7 @@ def test_intrinsic_refuses_what_has_no_fans() -> None:
 
 def test_no_normal_is_named() -> None:
     """A vertex whose faces cancel has no tangent plane."""
-    mesh = TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 1]])
+    mesh = TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0]], [[0, 1, 2], [0, 4, 3]])
     with pytest.raises(MeshError, match="vertex 0 has no normal"):
         edge_rotations(mesh)
 

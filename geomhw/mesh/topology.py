@@ -93,23 +93,64 @@ def edge_lengths(vertices: Floats, edges: Ints) -> Floats:
     return lengths
 
 
-def is_orientable(edges: Edges) -> bool:
-    """Whether faces can be turned so that neighbors agree: a two-coloring of the face graph by "turn or keep".
+def inner_pairs(edges: Edges) -> tuple[Ints, Ints, Ints]:
+    """The two sides 3f+k of each edge that has exactly two, (i,) each, and whether these run along it the same way."""
+    order = np.argsort(edges.of_faces.ravel(), kind="stable")
+    inner = edges.face_counts == 2
+    starts = (np.cumsum(edges.face_counts) - edges.face_counts)[inner]
+    return order[starts], order[starts + 1], edges.orientation_sums[inner] != 0
 
-    Only edges with exactly two faces constrain.
+
+def side_labels(edges: Edges) -> tuple[Ints, Ints]:
+    """Labels, (m,) each, of faces as they are and of faces turned, equal where neighbors agree on what is up.
+
+    Where a face has the same label both ways its surface is one-sided. Only edges with exactly two faces constrain.
     """
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 
     m = len(edges.of_faces)
-    order = np.argsort(edges.of_faces.ravel(), kind="stable")
-    inner = edges.face_counts == 2
-    starts = np.concatenate([[0], np.cumsum(edges.face_counts)[:-1]])[inner]
-    left, right = order[starts] // 3, order[starts + 1] // 3
-    flip = edges.orientation_sums[inner] != 0
+    one, other, against = inner_pairs(edges)
+    left, right = one // 3, other // 3
     # Double cover: copy 0 keeps a face, copy 1 turns it; a face joined to its own turned copy is one-sided.
     rows = np.concatenate([left, left + m])
-    columns = np.concatenate([np.where(flip, right + m, right), np.where(flip, right, right + m)])
+    columns = np.concatenate([np.where(against, right + m, right), np.where(against, right, right + m)])
     links = coo_array((np.ones(len(rows), dtype=np.int8), (rows, columns)), shape=(2 * m, 2 * m))
     labels = connected_components(links, directed=False)[1]
-    return bool(np.all(labels[:m] != labels[m:]))
+    return labels[:m], labels[m:]
+
+
+def is_orientable(edges: Edges) -> bool:
+    """Whether faces can be turned so that neighbors agree, as far as edges with exactly two faces tell."""
+    kept, turned = side_labels(edges)
+    return bool(np.all(kept != turned))
+
+
+def duplicate_faces(edges: Edges) -> Ints:
+    """Faces with the vertices of an earlier one, in whatever order, and the first such, (k, 2), ascending."""
+    low, high = edges.of_faces.min(axis=1).astype(np.int64), edges.of_faces.max(axis=1)
+    # Two edges make a triangle.
+    _, first, same = np.unique(low * len(edges.vertices) + high, return_index=True, return_inverse=True)
+    firsts = first[same.ravel()]
+    copies = np.flatnonzero(firsts != np.arange(len(low)))
+    return np.stack([copies, firsts[copies]], axis=1)
+
+
+def pinched_vertices(faces: Ints, edges: Edges, n: int) -> Ints:
+    """Vertices, ascending, whose faces fall apart if only those belong together that share an edge there."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    count = faces.size
+    of_halfedge, flat = edges.of_faces.ravel(), faces.ravel()
+    corner = np.arange(count).reshape(-1, 3)
+    ends = [np.roll(corner, -step, axis=1).ravel() for step in (1, 2)]
+    # Corners are joined to the ends of their edges: the lower end, and the higher.
+    higher = [flat[end] == edges.vertices[of_halfedge, 1] for end in ends]
+    rows = np.concatenate(ends)
+    columns = count + np.concatenate([2 * of_halfedge + side for side in higher])
+    size = count + 2 * len(edges.vertices)
+    links = coo_array((np.ones(len(rows), dtype=np.int8), (rows, columns)), shape=(size, size))
+    labels = connected_components(links, directed=False)[1][:count]
+    owners = flat[np.unique(labels, return_index=True)[1]]
+    return np.flatnonzero(np.bincount(owners, minlength=n) > 1)

@@ -7,9 +7,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from geomhw.errors import MeshError
-from geomhw.mesh import geometry, tangent, topology
+from geomhw.mesh import geometry, sides, tangent, topology
 from geomhw.mesh.arrays import Floats, Ints, frozen
 from geomhw.mesh.polyhedral import PolyhedralSurface
+
+#: Coordinates go up to this, and the mesh is no smaller than one over it.
+LARGEST = 1e30
+#: A sum of normals that is this much shorter than they are together is rounding.
+CANCELED = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
@@ -19,8 +24,8 @@ class TriangleMesh(PolyhedralSurface):
     vertices: (n, 3) coordinates, finite.
     faces: (m, 3) vertex indices from 0, counterclockwise seen from outside; three different ones a face.
 
-    Raises MeshError where that does not hold. Vertices that belong to no face are kept, and counted in
-    ``unreferenced_vertices``. All arrays are read-only.
+    Raises MeshError where that does not hold, and, once it is measured, for a mesh too large or too small to compute
+    with. Vertices that belong to no face are kept, and counted in ``unreferenced_vertices``. All arrays are read-only.
 
     >>> mesh = TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
     >>> mesh.face_areas
@@ -49,6 +54,7 @@ class TriangleMesh(PolyhedralSurface):
     @cached_property
     def opposite_edges(self) -> Floats:
         """Edge vectors, (m, 3, 3): ``[f, k]`` runs from corner k+1 to corner k+2 of face f."""
+        _check_size(self.vertices)
         return frozen(geometry.opposite_edges(self.vertices, self.faces))
 
     @cached_property
@@ -59,10 +65,30 @@ class TriangleMesh(PolyhedralSurface):
     # -- vertices ------------------------------------------------------------------------------------------------
 
     @cached_property
+    def corner_signs(self) -> Ints:
+        """How a face's normal counts at its corners, (m, 3): `sides.corner_signs`; 0 for a copy of an earlier face."""
+        copies = self.duplicate_faces[:, 0]
+        if self.is_oriented and not len(copies):
+            return frozen(np.ones(self.faces.shape, dtype=np.int64))
+        first = np.delete(np.arange(self.n_faces), copies)
+        edges = topology.unique_edges(self.faces[first]) if len(copies) else self.edge_table
+        signs = np.zeros(self.faces.shape, dtype=np.int64)
+        signs[first] = sides.corner_signs(self.faces[first], edges)
+        return frozen(signs)
+
+    @cached_property
     def vertex_normals(self) -> Floats:
-        """Area-weighted unit normals, (n, 3); zero where the faces cancel or there are none."""
-        sums = [geometry.corner_sum(x, self.faces, self.n_vertices) for x in self._area_vectors.T]
-        return frozen(geometry.unit(np.stack(sums, axis=1)))
+        """Area-weighted unit normals, (n, 3); zero where the faces cancel or there are none.
+
+        Faces count as if turned to agree with their neighbors, and once if they are there twice. On a one-sided surface
+        they agree round each vertex, and those of two neighbors may be of two minds: see ``edge_signs``.
+        """
+        signs = self.corner_signs
+        corners = [geometry.corner_sum(signs * x[:, None], self.faces, self.n_vertices) for x in self._area_vectors.T]
+        sums = np.stack(corners, axis=1)
+        total = geometry.corner_sum(2 * self.face_areas, self.faces, self.n_vertices)
+        sums[np.linalg.norm(sums, axis=1) <= CANCELED * total] = 0.0
+        return frozen(geometry.unit(sums))
 
     @cached_property
     def tangent_frames(self) -> Floats:
@@ -82,7 +108,13 @@ class TriangleMesh(PolyhedralSurface):
     @cached_property
     def edge_lengths(self) -> Floats:
         """Lengths of ``edges``, (e,)."""
+        _check_size(self.vertices)
         return frozen(topology.edge_lengths(self.vertices, self.edges))
+
+    @cached_property
+    def edge_signs(self) -> Ints:
+        """-1 for edges whose vertex normals lie on opposite sides of the surface, else 1, (e,); all 1 if it has two."""
+        return frozen(sides.edge_signs(self.corner_signs, self.edge_table))
 
     @cached_property
     def boundary_loops(self) -> list[Ints]:
@@ -109,12 +141,37 @@ class TriangleMesh(PolyhedralSurface):
         """Faces without area, as far as the coordinates' rounding can tell, ascending."""
         return frozen(geometry.degenerate_faces(self.vertices, self.faces, self.opposite_edges))
 
+    @cached_property
+    def duplicate_faces(self) -> Ints:
+        """Faces with the vertices of an earlier one, in whatever order, and the first such, (k, 2), ascending."""
+        return frozen(topology.duplicate_faces(self.edge_table))
+
     def require_oriented(self, purpose: str) -> None:
-        """MeshError unless faces agree on what is up; the purpose starts the sentence."""
-        if not (self.is_edge_manifold and self.is_oriented):
+        """MeshError unless faces agree on what is up; the purpose starts the sentence, which says where they do not."""
+        needs = f"{purpose} needs an oriented manifold"
+        self.require_manifold(needs)
+        if not self.is_orientable:
             raise MeshError(
-                f"{purpose} needs an oriented manifold: at most two faces at an edge, which agree on what is up"
+                f"{needs}, but this surface is one-sided: no turning of faces makes them agree on what is up"
             )
+        if not self.is_oriented:
+            bad = np.flatnonzero((self.edge_table.face_counts == 2) & (self.edge_table.orientation_sums != 0))
+            raise MeshError(f"{needs}, but the two faces at {self._edge_names(bad)} disagree on what is up; turn faces")
+
+    def require_manifold(self, needs: str) -> None:
+        """MeshError where an edge has more than two faces; the need starts the sentence."""
+        if self.is_edge_manifold:
+            return
+        counts = self.edge_table.face_counts
+        bad = np.flatnonzero(counts > 2)
+        copies = self.duplicate_faces
+        also = f"; face {copies[0, 0]} is a copy of face {copies[0, 1]}" if len(copies) else ""
+        raise MeshError(f"{needs}, but {counts[bad[0]]} faces meet at {self._edge_names(bad)}{also}")
+
+    def _edge_names(self, which: Ints) -> str:
+        """The first of those edges by its vertices, and how many there are."""
+        first = "-".join(map(str, self.edges[which[0]]))
+        return f"edge {first}" + (f" ({len(which)} such edges)" if len(which) > 1 else "")
 
 
 def _check(vertices: Floats, faces: Ints) -> None:
@@ -135,3 +192,16 @@ def _check(vertices: Floats, faces: Ints) -> None:
     if (repeated := (faces == np.roll(faces, 1, axis=1)).any(axis=1)).any():
         bad = int(np.argmax(repeated))
         raise MeshError(f"face {bad} names a vertex twice: {faces[bad].tolist()}; a triangle needs three")
+
+
+def _check_size(vertices: Floats) -> None:
+    """MeshError for a mesh whose squared areas, or places in single precision, would leave the range of numbers."""
+    largest = np.abs(vertices).max()
+    if largest > LARGEST:
+        bad = int(np.abs(vertices).max(axis=1).argmax())
+        raise MeshError(f"vertex {bad} is at {largest:.3g}, beyond {LARGEST:g}: choose a larger unit of length")
+    extent = np.ptp(vertices, axis=0).max()
+    if 0 < extent < 1 / LARGEST:
+        raise MeshError(
+            f"the mesh is only {extent:.3g} across, less than {1 / LARGEST:g}: choose a smaller unit of length"
+        )

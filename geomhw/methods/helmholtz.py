@@ -12,9 +12,10 @@ import scipy.sparse as sp
 
 from geomhw.mesh.arrays import Floats, Ints
 from geomhw.mesh.geometry import corner_sum
+from geomhw.mesh.orientation import agreeing
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.methods.tangent_fields import energy, tangential
-from geomhw.operators.edge_functions import edge_gradient, edges_to_vertices, loop_edges
+from geomhw.operators.edge_functions import edge_components, edge_gradient, edges_to_vertices, loop_edges
 from geomhw.operators.gradient import divergence, gradient
 from geomhw.operators.laplacian import stiffness
 from geomhw.results import Field, Result
@@ -26,13 +27,15 @@ class HelmholtzDecomposition:
     """Decomposes fields on one mesh: each part is factored on first use, then answers any field.
 
     On a mesh with boundary, the curl-free part takes all flux through it: the rest flows along the boundary, with ψ
-    constant on each loop. MeshError if a face has no area or the mesh has no consistent normal.
+    constant on each loop. Faces that disagree on what is up are taken as `agreeing`, which only the sign of ψ knows of.
+    MeshError if a face has no area, an edge more than two faces, or the surface one side only.
     """
 
     def __init__(self, mesh: TriangleMesh) -> None:
         mesh.require_area()
-        mesh.require_oriented("the decomposition")
-        self.mesh = mesh
+        self._given, self.mesh = mesh, agreeing(mesh)
+        self.mesh.require_oriented("the decomposition")
+        mesh = self.mesh
         self._gradient = gradient(mesh)
         self._divergence = divergence(mesh)
 
@@ -86,7 +89,7 @@ class HelmholtzDecomposition:
             Field("potential", "vertex", zeta),
             Field("stream_function", "vertex", edges_to_vertices(mesh, psi)),
         ]
-        return Result(mesh, fields, self._report(np.asarray(field), V, fields[1:5]))
+        return Result(self._given, fields, self._report(np.asarray(field), V, fields[1:5]))
 
     def _report(self, given: Floats, V: Floats, parts: list[Field]) -> dict[str, Any]:
         total, kept = energy(self.mesh, given), energy(self.mesh, V)
@@ -111,7 +114,7 @@ class _StreamSystem:
 
     def __init__(self, mesh: TriangleMesh) -> None:
         self._mesh = mesh
-        self._labels = mesh.components[mesh.edges[:, 0]]
+        self._labels = edge_components(mesh)
         group = np.arange(mesh.n_edges)
         for edges in loop_edges(mesh):
             group[edges] = edges[0]

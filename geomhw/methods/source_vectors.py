@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from geomhw.errors import FieldError
-from geomhw.mesh.arrays import Floats
+from geomhw.mesh.arrays import Floats, Ints
 from geomhw.mesh.geometry import unit
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.methods.sources import Sources
@@ -83,11 +83,23 @@ def spread_to_corners(mesh: TriangleMesh, sources: Sources, tangent: Floats) -> 
     vertices, vectors = sources.corners[source, corner], tangent[source]
     inside = sources.faces[source] >= 0
     to = mesh.vertex_normals[vertices[inside]]
-    vectors[inside] = _tilted(vectors[inside], mesh.face_normals[sources.faces[source[inside]]], to)
+    vectors[inside] = _tilted(vectors[inside], _normals(mesh, sources.faces[source[inside]], vertices[inside]), to)
     parts = np.einsum("ckx,cx->kc", mesh.tangent_frames[vertices], vectors) * sources.weights[source, corner]
     y0 = np.zeros(mesh.n_vertices, dtype=complex)
     np.add.at(y0, vertices, parts[0] + 1j * parts[1])
     return y0
+
+
+def _normals(mesh: TriangleMesh, faces: Ints, vertices: Ints) -> Floats:
+    """Normals of faces, (c, 3), on the side on which those of their vertices, (c,), are.
+
+    The side is that of ``corner_signs``; a copy of another face has none, and takes the nearer.
+    """
+    normals = mesh.face_normals[faces]
+    corner = (mesh.faces[faces] == vertices[:, None]).argmax(axis=1)
+    sign = mesh.corner_signs[faces, corner]
+    nearer = np.where(np.einsum("cx,cx->c", normals, mesh.vertex_normals[vertices]) < 0, -1, 1)
+    return np.asarray(normals * np.where(sign == 0, nearer, sign)[:, None])
 
 
 def _tilted(vectors: Floats, normals: Floats, to: Floats) -> Floats:

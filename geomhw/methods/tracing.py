@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from geomhw.errors import ConvergenceError, FieldError, MeshError
+from geomhw.errors import ConvergenceError, FieldError
 from geomhw.mesh.arrays import Floats, Ints
 from geomhw.mesh.sampling import points_on, spread_samples
 from geomhw.mesh.triangle_mesh import TriangleMesh
@@ -39,8 +39,7 @@ class Tracer:
     """
 
     def __init__(self, mesh: TriangleMesh) -> None:
-        if not mesh.is_edge_manifold:
-            raise MeshError("tracers need a manifold: at most two faces at an edge")
+        mesh.require_manifold("tracers need a manifold")
         self.mesh = mesh
         self._crossings = Crossings(mesh)
 

@@ -11,7 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from geomhw.mesh.arrays import Floats, Ints
+from geomhw.mesh.orientation import distinct, two_sided_cover
 from geomhw.mesh.robust import RobustTriangulation
+from geomhw.mesh.topology import pinched_vertices
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.methods.heat_flow import HeatFlow
 from geomhw.methods.source_vectors import seeded_angle, spread_to_corners, tangent_vectors, turned
@@ -35,7 +37,10 @@ class VectorHeat:
 
     time: as in `time_step`. connection: ``normals`` or ``intrinsic``, see `edge_transport`. robust: compute on the
     mesh's `RobustTriangulation`, with the normals of its vertices. MeshError if a face has no area and that is not
-    asked for or, for ``intrinsic``, the mesh is no oriented manifold; FieldError for ``intrinsic`` and robust at once.
+    asked for or, for ``intrinsic``, the mesh is no manifold; FieldError for ``intrinsic`` and robust at once.
+
+    Faces need not agree on what is up: all is done on the `two_sided_cover`, with the same vector at both vertices of
+    one place where the surface is one-sided.
 
     >>> from geomhw.mesh.primitives import icosphere
     >>> result = VectorHeat(icosphere(3)).from_vertices([7], [[1.0, 0.0, 0.0]])
@@ -52,16 +57,26 @@ class VectorHeat:
     ) -> None:
         self.mesh = mesh
         self.connection = connection
-        self.robust = RobustTriangulation.of(mesh) if robust else None
+        self._cover = cover = two_sided_cover(mesh)
+        self.robust = RobustTriangulation.of(cover) if robust else None
         surface = self.robust.surface if self.robust else None
-        self._flow = HeatFlow(surface or mesh, time, solver="direct")
-        K = complex_connection_stiffness(mesh, connection, surface)
-        self._matrix = (lumped_mass(surface or mesh) + self.time.t * K).tocsr()
+        self._flow = HeatFlow(surface or cover, time, solver="direct")
+        K = complex_connection_stiffness(cover, connection, surface)
+        self._matrix = (lumped_mass(surface or cover) + self.time.t * K).tocsr()
 
     @property
     def time(self) -> TimeStep:
         """The diffusion time, and why."""
         return self._flow.time
+
+    @cached_property
+    def _crossings(self) -> dict[str, int]:
+        """How many edges and vertices have no tangent plane, by name, of those that there are."""
+        single = distinct(self.mesh)
+        edges = int(np.count_nonzero(single.edge_table.face_counts > 2))
+        vertices = len(pinched_vertices(single.faces, single.edge_table, single.n_vertices))
+        counts = {"non_manifold_edges": edges, "non_manifold_vertices": vertices}
+        return {name: count for name, count in counts.items() if count}
 
     @cached_property
     def _solver(self) -> DirectSolver:
@@ -72,7 +87,7 @@ class VectorHeat:
 
         Equal to the 3n x 3n solution; it fades with distance, and below 1e-308 to zero.
         """
-        return from_complex(self.mesh, self._solver(to_complex(self.mesh, vectors)))
+        return self._vectors(self._solver(to_complex(self._cover, self._lifted(vectors))))
 
     def extend(self, sources: Sequence[int] | Ints, values: ArrayLike) -> Floats:
         """Values at source vertices carried to all others along shortest paths, (n,) [TVHM, sec. 4.1].
@@ -82,10 +97,10 @@ class VectorHeat:
         named = vertex_sources(self.mesh, sources)
         chosen = named.distinct()[0]
         wanted, given = named[chosen], np.asarray(values, dtype=float)[chosen]
-        n = self.mesh.n_vertices
-        weight = self._flow.from_impulse(wanted.impulse(n))
-        extended = self._ratio(wanted.impulse(n, given), weight)
-        return np.where(np.isfinite(weight.log), np.clip(extended, given.min(), given.max()), np.nan)
+        weight = self._flow.from_impulse(self._impulse(wanted))
+        extended = self._ratio(self._impulse(wanted, given), weight)
+        known = np.where(np.isfinite(weight.log), np.clip(extended, given.min(), given.max()), np.nan)
+        return known[: self.mesh.n_vertices]
 
     def from_vertices(self, sources: Sequence[int] | Ints, vectors: ArrayLike) -> Result:
         """Diffuse and transport one vector a source vertex; all else as in `from_sources`."""
@@ -100,33 +115,55 @@ class VectorHeat:
         zero on components without a source. FieldError for a vector that is zero, not finite or normal to the surface,
         and for a source given twice with different vectors.
         """
-        mesh, n = self.mesh, self.mesh.n_vertices
+        mesh = self.mesh
         wanted, tangent = tangent_vectors(mesh, sources, vectors)
-        y0 = spread_to_corners(mesh, wanted, tangent)
+        y0 = self._start(wanted, tangent)
         size = np.linalg.norm(tangent, axis=1)
-        weight = self._flow.from_impulse(wanted.impulse(n))
+        weight = self._flow.from_impulse(self._impulse(wanted))
         diffused, direction = self._spread(y0, weight)
         if np.ptp(size) <= 1e-15 * size.max():
             length = np.where(np.isfinite(weight.log), size[0], 0.0)
         else:
-            length = np.clip(self._ratio(wanted.impulse(n, size), weight), size.min(), size.max())
+            length = np.clip(self._ratio(self._impulse(wanted, size), weight), size.min(), size.max())
         transported = direction * length
         at = wanted.faces < 0
-        given = spread_to_corners(mesh, wanted[at], tangent[at])
-        transported[wanted.vertices] = given[wanted.vertices]  # TVHM's limit t -> 0, exactly
-        unreached = int(np.count_nonzero(~np.isfinite(weight.log) & self._flow.surface))
+        given, known = self._start(wanted[at], tangent[at]), self._impulse(wanted[at]) > 0
+        transported[known] = given[known]  # TVHM's limit t -> 0, exactly
+        unreached = (~np.isfinite(weight.log) & self._flow.surface)[: mesh.n_vertices]
         report = {
             "sources": wanted.report(),
             "vectors": tangent.tolist(),
             "connection": self.connection,
             "time": self.time.report(self._flow.mesh.mean_edge_length),
-            "unreachable_vertices": unreached,
-        } | ({"robust": self.robust.report()} if self.robust else {})
+            "unreachable_vertices": int(np.count_nonzero(unreached)),
+            **({"robust": self.robust.report()} if self.robust else {}),
+            **self._crossings,
+        }
         fields = [
-            Field("diffused", "vertex", from_complex(mesh, diffused)),
-            Field("transported", "vertex", from_complex(mesh, transported)),
+            Field("diffused", "vertex", self._vectors(diffused)),
+            Field("transported", "vertex", self._vectors(transported)),
         ]
         return Result(mesh, fields, report)
+
+    def _start(self, sources: Sources, tangent: Floats) -> Complexes:
+        """Y0 on the cover, of vectors at sources, (k, 3)."""
+        y0 = spread_to_corners(self.mesh, sources, tangent)
+        if self._cover is self.mesh:
+            return y0
+        return to_complex(self._cover, self._lifted(from_complex(self.mesh, y0)))
+
+    def _impulse(self, sources: Sources, values: Floats | float = 1.0) -> Floats:
+        """`Sources.impulse` on the cover."""
+        return self._lifted(sources.impulse(self.mesh.n_vertices, values))
+
+    def _lifted(self, values: Floats) -> Floats:
+        """Values per vertex of the mesh as values per vertex of the cover."""
+        times = self._cover.n_vertices // self.mesh.n_vertices
+        return np.concatenate([values] * times) if times > 1 else values
+
+    def _vectors(self, z: Complexes) -> Floats:
+        """Tangent vectors, (n, 3), at the vertices of the mesh, of complex numbers on the cover."""
+        return from_complex(self._cover, z)[: self.mesh.n_vertices]
 
     def _spread(self, y0: Complexes, weight: LogValues) -> tuple[Complexes, Complexes]:
         """Y and Y/|Y|, the latter right even where Y itself has faded to nothing."""
@@ -144,7 +181,7 @@ class VectorHeat:
     def _ratio(self, values: Floats, weight: LogValues) -> Floats:
         """The heat of the values over that of the sources, ``weight``, (n,); zero where there is none."""
         there = np.flatnonzero(np.isfinite(weight.log))
-        ratio = np.zeros(self.mesh.n_vertices)
+        ratio = np.zeros(len(values))
         if in_reach(weight.plain[there]):
             ratio[there] = self._flow.from_impulse(values).plain[there] / weight.plain[there]
         else:

@@ -21,16 +21,19 @@ Complexes = NDArray[np.complex128]
 def edge_rotations(mesh: TriangleMesh, edges: Ints | None = None) -> Floats:
     """Smallest rotation R_ij from the unit normal at i to that at j, for each edge (i, j), i < j, (e, 3, 3).
 
-    edges: (e, 2) pairs of vertices, by default the edges of the mesh.
+    edges: (e, 2) pairs of vertices, by default the edges of the mesh. On a one-sided surface the normal at j is turned
+    to the side of that at i, over the mesh's own edges; others do not tell.
 
     It is two half turns, about n_i and about the normal half-way; between opposite normals, where every half-way is as
     near, the one along the edge. MeshError where a vertex of a face has no normal.
     """
     i, j = (mesh.edges if edges is None else edges).T
     ni, nj = mesh.vertex_normals[i], mesh.vertex_normals[j]
+    if edges is None:
+        nj = nj * mesh.edge_signs[:, None]
     if (missing := ~(ni.any(axis=1) & nj.any(axis=1))).any():
         bad = int(i[missing][0] if not ni[missing][0].any() else j[missing][0])
-        raise MeshError(f"vertex {bad} has no normal: the faces round it cancel; give them one orientation")
+        raise MeshError(f"vertex {bad} has no normal: the faces round it cancel; move it, or cut the mesh there")
     half = ni + nj
     opposite = np.linalg.norm(half, axis=1) < 1e-8
     along = (mesh.vertices[j] - mesh.vertices[i])[opposite]
@@ -88,8 +91,14 @@ def complex_connection_stiffness(
     """Connection stiffness on tangent vectors as complex numbers in ``tangent_frames``, (n, n), Hermitian, weak.
 
     K_ii = Σ_j w_ij, K_ij = -w_ij r_ij. For the connection of normals it acts on tangent fields as
-    `connection_stiffness` does, with a ninth of the entries. surface: as in `edge_transport`.
+    `connection_stiffness` does, with a ninth of the entries. surface: as in `edge_transport`. MeshError where the mesh
+    is one-sided: what goes round there comes back mirrored, which no complex number does.
     """
+    if not mesh.is_orientable:
+        raise MeshError(
+            "the surface is one-sided, where tangent vectors are no complex numbers; "
+            "take the 3n x 3n connection, or the two-sided cover"
+        )
     domain = surface or mesh
     i, j = domain.edges.T
     r = -domain.edge_cotan_weights * edge_transport(mesh, connection, surface)

@@ -21,6 +21,16 @@ def edge_gradient(mesh: TriangleMesh) -> sp.csr_array:
     return sp.csr_array((values.ravel(), columns.ravel(), starts), shape=(3 * m, mesh.n_edges))
 
 
+def edge_components(mesh: TriangleMesh) -> Ints:
+    """Labels of edges, (e,), the same where one can be reached from the other over faces; vertices join nothing."""
+    from scipy.sparse.csgraph import connected_components
+
+    table = mesh.edge_table.of_faces
+    pairs = np.concatenate([table[:, :2], table[:, 1:]])
+    links = sp.coo_array((np.ones(len(pairs), dtype=np.int8), (pairs[:, 0], pairs[:, 1])), shape=(mesh.n_edges,) * 2)
+    return np.asarray(connected_components(links, directed=False)[1])
+
+
 def loop_edges(mesh: TriangleMesh) -> list[Ints]:
     """Edges of each boundary loop, as indices into ``mesh.edges``."""
     keys = mesh.edges[:, 0].astype(np.int64) * mesh.n_vertices + mesh.edges[:, 1]

@@ -33,6 +33,7 @@ class SplittingScheme:
     def __init__(self, mesh: TriangleMesh, advection: Advection = "full") -> None:
         if advection not in get_args(Advection):
             raise FieldError(f"there is no advection '{advection}'; choose from {', '.join(get_args(Advection))}")
+        mesh.require_oriented("a flow")
         self.mesh = mesh
         self._advection = advection
         self._decomposition = HelmholtzDecomposition(mesh)
