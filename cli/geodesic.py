@@ -83,6 +83,8 @@ def geodesic(
         lines.append(robust_line(report["robust"]))
     if report["refined"]:
         lines.append("refined: by unfolding from triangle to triangle")
+    if wrong := report.get("too_short_distances"):
+        lines.append(f"warning: {wrong} distances are less than half the straight line: wrong; compute with --robust")
     if unreached := report["unreachable_vertices"]:
         lines.append(f"warning: {unreached} vertices lie on components without a source; their distance is inf")
     if raised := report.get("below_zero"):

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from conftest import ZOO, crumpled, zoo_mesh
 
+from geomhw.mesh.curvature import angle_defects
 from geomhw.mesh.distances import edge_path_distance
 from geomhw.mesh.primitives import cylinder_band, grid, icosphere
 from geomhw.mesh.triangle_mesh import TriangleMesh
@@ -15,7 +16,7 @@ def unfolded(mesh: TriangleMesh, sources: list[int]) -> np.ndarray:
     """Distances from these vertices, with paths along edges for the order."""
     start = np.full(mesh.n_vertices, np.inf)
     start[sources] = 0
-    return Unfolding(mesh)(start, edge_path_distance(mesh, np.array(sources)))
+    return Unfolding(mesh, angle_defects(mesh))(start, edge_path_distance(mesh, np.array(sources)))
 
 
 def shaken_square(seed: int) -> TriangleMesh:
@@ -92,7 +93,7 @@ def test_order_does_not_matter(name: str) -> None:
     mesh = zoo_mesh(name)
     start = np.full(mesh.n_vertices, np.inf)
     start[3] = 0
-    unfold = Unfolding(mesh)
+    unfold = Unfolding(mesh, angle_defects(mesh))
     expected = unfold(start, edge_path_distance(mesh, np.array([3])))
     for guess in (np.ones(mesh.n_vertices), np.asarray(HeatDistance(mesh).from_vertices([3])["distance"])):
         np.testing.assert_allclose(unfold(start, guess), expected, rtol=5e-3)

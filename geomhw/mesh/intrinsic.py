@@ -71,13 +71,21 @@ def mollified(surface: IntrinsicMesh) -> tuple[IntrinsicMesh, float]:
     """The surface with ε added to every length, and ε: the least for which two sides of a face exceed the third by
     1e-5 h [Sharp, Crane 2020, sec. 4.5]. Where they do already, ε is 0 and nothing changes. MeshError if h is zero.
 
+    Each component has an ε and an h of its own, for a small one knows nothing of a large one; that returned is the
+    largest.
+
     Sharp, Crane: A Laplacian for Nonmanifold Triangle Meshes. Computer Graphics Forum 39(5), 2020.
     """
     if surface.mean_edge_length == 0:
         raise MeshError("all vertices of faces lie in one point: there is no surface to measure")
     sides = surface.lengths[surface.gluing.of_faces]
-    excess = float((sides.sum(axis=1) - 2 * sides.max(axis=1)).min())
-    growth = max(0.0, LEAST_EXCESS * surface.mean_edge_length - excess)
-    if growth == 0:
+    of_edges, of_faces = surface.components[surface.edges[:, 0]], surface.components[surface.faces[:, 0]]
+    counts = np.bincount(of_edges)
+    h = np.bincount(of_edges, surface.lengths) / np.maximum(counts, 1)
+    h[h == 0] = surface.mean_edge_length  # a component in one point has no scale of its own
+    excess = np.full(len(counts), np.inf)
+    np.minimum.at(excess, of_faces, sides.sum(axis=1) - 2 * sides.max(axis=1))
+    growth = np.maximum(0.0, LEAST_EXCESS * h - excess)
+    if not growth.any():
         return surface, 0.0
-    return replace(surface, lengths=frozen(surface.lengths + growth)), growth
+    return replace(surface, lengths=frozen(surface.lengths + growth[of_edges])), float(growth.max())

@@ -90,19 +90,6 @@ class PolyhedralSurface(ABC):
         return frozen(geometry.corner_sum(self.face_areas / (3 * self.sheets), self.faces, self.n_vertices))
 
     @cached_property
-    def angle_defects(self) -> Floats:
-        """2π less the angles round each inner vertex, (n,), radians, of one sheet: its Gaussian curvature, integrated.
-
-        0 on a boundary. Where the surface is both sides of a mesh, a vertex of its boundary has one full turn and
-        others have two.
-        """
-        sums = geometry.corner_sum(self.angles, self.faces, self.n_vertices)
-        defects = 2 * np.pi - sums / self.sheets
-        defects[sums < 1.5 * np.pi * self.sheets if self.sheets > 1 else self.boundary_vertices] = 0.0
-        defects[self.unreferenced_vertices] = 0.0
-        return frozen(defects)
-
-    @cached_property
     def unreferenced_vertices(self) -> Ints:
         """Vertices that belong to no face, ascending."""
         uses = np.bincount(self.faces.ravel(), minlength=self.n_vertices)

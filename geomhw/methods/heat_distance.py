@@ -12,8 +12,10 @@ import numpy as np
 
 from geomhw.errors import ConvergenceError
 from geomhw.mesh.arrays import Floats, Ints
+from geomhw.mesh.curvature import angle_defects
 from geomhw.mesh.distances import edge_path_distance
 from geomhw.mesh.geometry import unit
+from geomhw.mesh.orientation import distinct
 from geomhw.mesh.polyhedral import PolyhedralSurface
 from geomhw.mesh.robust import RobustTriangulation
 from geomhw.mesh.triangle_mesh import TriangleMesh
@@ -30,6 +32,9 @@ from geomhw.solvers.wavefront import LogValues
 
 #: Heat that differs by less than this share of itself over a face falls in no direction: what is left is rounding.
 LEVEL = 1e-9
+#: Beside a source on a coarse mesh, distances may come out a third shorter than the straight line; below this share of
+#: it, they are wrong.
+LEAST_CHORD_SHARE = 0.5
 
 
 class HeatDistance:
@@ -40,8 +45,8 @@ class HeatDistance:
     length there. refine: correct the distances by `Unfolding`; by default where robust is asked for. boundary: how heat
     meets the boundary, as in `HeatFlow`; the mean of both conditions is best next to it. solver: ``direct`` factors,
     once for all sources; ``multigrid`` iterates, which on large meshes takes a fraction of that; ``auto`` goes by the
-    size of the mesh, and factors where iteration does not converge. MeshError if a face has no area and robust is not
-    asked for, FieldError for a time, a condition or a solver that is none.
+    size of the mesh, and factors where iteration does not converge. Copies of faces are left out. MeshError if a face
+    has no area and robust is not asked for, FieldError for a time, a condition or a solver that is none.
 
     >>> from geomhw.mesh.primitives import icosphere
     >>> result = HeatDistance(icosphere(3)).from_vertices([7])
@@ -60,11 +65,12 @@ class HeatDistance:
     ) -> None:
         self.mesh = mesh
         self._refine = robust if refine is None else refine
-        self.robust = RobustTriangulation.of(mesh) if robust else None
-        self._domain = self.robust.surface if self.robust else mesh
-        self._flow = HeatFlow(self._domain, time, boundary, mesh.boundary_vertices, solver)
+        self._single = single = distinct(mesh)
+        self.robust = RobustTriangulation.of(single) if robust else None
+        self._domain = self.robust.surface if self.robust else single
+        self._flow = HeatFlow(self._domain, time, boundary, single.boundary_vertices, solver)
         self._own_hats = hat_gradients(mesh, zero_without_area=robust)
-        self._hats = hat_gradients(self._domain) if robust else self._own_hats
+        self._hats = self._own_hats if self._domain is mesh else hat_gradients(self._domain)
 
     @property
     def time(self) -> TimeStep:
@@ -78,11 +84,11 @@ class HeatDistance:
 
     @cached_property
     def _unfolding(self) -> Unfolding:
-        return Unfolding(self._domain)
+        return Unfolding(self._domain, angle_defects(self._single))
 
     @cached_property
     def _unfolding_of_mesh(self) -> Unfolding:
-        return Unfolding(self.mesh)
+        return Unfolding(self._single, angle_defects(self._single))
 
     def from_vertices(self, sources: Sequence[int] | Ints) -> Result:
         """Distance from the nearest of the source vertices; fields as in `from_sources`."""
@@ -155,6 +161,8 @@ class HeatDistance:
             raise ConvergenceError("the distance came out undefined; look for faces of nearly no area")
         farthest = int(np.where(finite, distance, -1.0).argmax())
         unreached = int(np.count_nonzero(~finite & self._flow.surface))
+        chord = chord_to_nearest(self.mesh, sources, np.arange(self.mesh.n_vertices))
+        too_short = int(np.count_nonzero(distance < LEAST_CHORD_SHARE * chord))
         return {
             "sources": sources.report(),
             "time": self.time.report(self._flow.mesh.mean_edge_length),
@@ -164,7 +172,9 @@ class HeatDistance:
             "refined": self._refine,
             "boundary": self._flow.boundary,
             "solver": "multigrid" if iterates(self._flow.solver, self.mesh.n_vertices) else "direct",
-        } | ({"robust": self.robust.report()} if self.robust else {})
+            **({"robust": self.robust.report()} if self.robust else {}),
+            **({"too_short_distances": too_short} if too_short else {}),
+        }
 
 
 def _slopes(surface: PolyhedralSurface, hats: Floats, heat: LogValues) -> Floats:

@@ -53,11 +53,13 @@ class _Front:
 class Unfolding:
     """Unfolds distances on one surface; its triangles are laid out once.
 
+    defects: (n,), the integrated Gaussian curvature of the vertices, as in `angle_defects`.
+
     On a flat surface distances from a vertex, or from a straight line of vertices, come out exact, whatever the shape
     of the triangles; on a curved one the error is of the order of h², away from where paths of several directions meet.
     """
 
-    def __init__(self, surface: PolyhedralSurface) -> None:
+    def __init__(self, surface: PolyhedralSurface, defects: Floats) -> None:
         lengths = surface.edge_lengths[surface.edge_table.of_faces]
         self._h = surface.mean_edge_length
         # One line a corner i, with the opposite edge from j to k on the x axis and i above it.
@@ -65,7 +67,7 @@ class Unfolding:
         self._jk, self._ik, self._ij = (np.roll(lengths, -shift, axis=1).ravel() for shift in range(3))
         with np.errstate(invalid="ignore", divide="ignore"):  # an edge without length is crossed by no path
             self._x, self._y = geometry.apex(self._jk, self._ij, self._ik)
-        areas, defects = surface.vertex_areas, surface.angle_defects
+        areas = surface.vertex_areas
         bends = defects / (1 + (defects / SHARP) ** 2)
         self._curvature = np.divide(bends, areas, out=np.zeros_like(areas), where=areas > 0)
 
