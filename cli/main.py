@@ -13,13 +13,8 @@ from geomhw_cli.geodesic import geodesic
 from geomhw_cli.helmholtz import helmholtz
 from geomhw_cli.info import info
 from geomhw_cli.operators import operators
+from geomhw_cli.trouble import Trouble
 from geomhw_cli.vecdiffuse import vecdiffuse
-
-
-class Trouble(click.ClickException):
-    """A failure of a command whose exit code 1 is an answer, as it is of diff and cmp."""
-
-    exit_code = 2
 
 
 class Program(click.Group):
@@ -45,7 +40,7 @@ def program() -> None:
     \b
     Exit codes: 0 done; 1 the input or the computation failed (one line on stderr says
     why, and no output is left half written); 2 wrong usage. Of compare: 0 same,
-    1 different, 2 trouble.
+    1 different, 2 trouble; of info --check: 0 no defect, 1 defects, 2 trouble.
     """
 
 
