@@ -1,0 +1,186 @@
+"""Meshes that break assumptions, small enough to be built in a test: each is vertices and faces, as a file has them."""
+
+from collections.abc import Callable
+
+import numpy as np
+from conftest import book, grid, icosphere, sheared
+from numpy.typing import ArrayLike
+
+from geomhw.mesh.primitives import cylinder_band, moebius_band, torus
+from geomhw.mesh.triangle_mesh import TriangleMesh
+
+Arrays = tuple[np.ndarray, np.ndarray]
+
+
+def arrays(mesh: TriangleMesh) -> Arrays:
+    """Vertices and faces, free to be changed."""
+    return mesh.vertices.copy(), mesh.faces.copy()
+
+
+def made(vertices: ArrayLike, faces: ArrayLike) -> Arrays:
+    """Plain lists as arrays."""
+    return np.array(vertices, dtype=float), np.array(faces)
+
+
+def triangles(count: int) -> Arrays:
+    """One triangle, or two that make a square, or a fan of so many round vertex 0 that is closed from three on."""
+    if count <= 2:
+        return made([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]][: count + 2], [[0, 1, 2], [0, 2, 3]][:count])
+    angle = 2 * np.pi * np.arange(count) / count
+    rim = np.stack([np.cos(angle), np.sin(angle), np.zeros(count)], axis=1)
+    ring = np.arange(count)
+    return made([[0, 0, 0], *rim], np.stack([np.zeros(count, int), 1 + ring, 1 + (ring + 1) % count], axis=1))
+
+
+def tetrahedron() -> Arrays:
+    """A regular one, of edge length √8."""
+    return made([[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]], [[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]])
+
+
+def bow_tie() -> Arrays:
+    """Two triangles that share vertex 0 only."""
+    return made([[0, 0, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0], [-1, -1, 0]], [[0, 1, 2], [0, 3, 4]])
+
+
+def hourglass() -> Arrays:
+    """Two spheres that touch in vertex 0, the lowest of the upper and the highest of the lower."""
+    vertices, faces = arrays(icosphere(2))
+    lowest, n = int(vertices[:, 2].argmin()), len(vertices)
+    upper = vertices - vertices[lowest]
+    swap = np.arange(n)
+    swap[[0, lowest]] = lowest, 0
+    lower = np.where(swap[faces] == 0, 0, swap[faces] + n - 1)
+    return np.concatenate([upper[swap], -upper[swap][1:]]), np.concatenate([swap[faces], lower[:, ::-1]])
+
+
+def touching_edge() -> Arrays:
+    """Two tetrahedra on the two sides of an edge that they share: four faces there."""
+    vertices, faces = tetrahedron()
+    other = np.array([0, 1, 4, 5])
+    mirror = vertices[[0, 1]].mean(axis=0)
+    return np.concatenate([vertices, 2 * mirror - vertices[2:]]), np.concatenate([faces, other[faces][:, ::-1]])
+
+
+def klein_bottle(n: int = 24, k: int = 12) -> Arrays:
+    """The figure-eight immersion: closed, one-sided, through itself."""
+    vertices, faces = [], []
+    for i in range(n):
+        u = 2 * np.pi * i / n
+        for j in range(k):
+            v = 2 * np.pi * j / k
+            r = 2 + np.cos(u / 2) * np.sin(v) - np.sin(u / 2) * np.sin(2 * v)
+            z = np.sin(u / 2) * np.sin(v) + np.cos(u / 2) * np.sin(2 * v)
+            vertices.append([r * np.cos(u), r * np.sin(u), z])
+
+    def at(i: int, j: int) -> int:
+        return (i % n) * k + ((j if i < n else -j) % k)
+
+    for i in range(n):
+        for j in range(k):
+            a, b, c, d = at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)
+            faces += [[a, b, c], [a, c, d]]
+    return made(vertices, faces)
+
+
+def turned(mesh: Arrays, every: int = 3) -> Arrays:
+    """The same with one face in so many upside down."""
+    vertices, faces = mesh
+    faces = faces.copy()
+    faces[::every] = faces[::every, ::-1]
+    return vertices, faces
+
+
+def doubled(mesh: Arrays, which: slice, flip: bool = False) -> Arrays:
+    """The same with some faces twice, the second time perhaps upside down."""
+    vertices, faces = mesh
+    again = np.roll(faces[which], 1, axis=1)
+    return vertices, np.concatenate([faces, again[:, ::-1] if flip else again])
+
+
+def loose(mesh: Arrays, where: int, point: ArrayLike = (9.0, 9.0, 9.0)) -> Arrays:
+    """The same with a vertex of no face at that place of the list."""
+    vertices, faces = mesh
+    return np.insert(vertices, where, np.asarray(point), axis=0), faces + (faces >= where)
+
+
+def soup(mesh: Arrays) -> Arrays:
+    """Every triangle on its own: no two share a vertex."""
+    vertices, faces = mesh
+    return vertices[faces].reshape(-1, 3), np.arange(3 * len(faces)).reshape(-1, 3)
+
+
+def joined(*meshes: Arrays) -> Arrays:
+    """All in one, side by side in the list."""
+    starts = np.cumsum([0, *(len(vertices) for vertices, _ in meshes)])
+    faces = [faces + start for (_, faces), start in zip(meshes, starts, strict=False)]
+    return np.concatenate([vertices for vertices, _ in meshes]), np.concatenate(faces)
+
+
+def moved(mesh: Arrays, scale: float = 1.0, offset: float = 0.0) -> Arrays:
+    """The same larger, smaller or elsewhere."""
+    return mesh[0] * scale + offset, mesh[1]
+
+
+def needle(height: float) -> Arrays:
+    """A square cut in four with its middle vertex pushed to that height over one side: one face that flat."""
+    corners = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0.4, height, 0]]
+    return made(corners, [[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]])
+
+
+def flat_vertex() -> Arrays:
+    """A grid with one vertex pulled onto its neighbor: faces without area, edges without length."""
+    vertices, faces = arrays(grid(5, 5))
+    vertices[14] = vertices[15]
+    return vertices, faces
+
+
+BALL = arrays(icosphere(2))
+HOSTILE: dict[str, Callable[[], Arrays]] = {
+    "triangle": lambda: triangles(1),
+    "two_triangles": lambda: triangles(2),
+    "tetrahedron": tetrahedron,
+    "fan_1000": lambda: triangles(1000),
+    "bow_tie": bow_tie,
+    "hourglass": hourglass,
+    "touching_edge": touching_edge,
+    "book_3": lambda: arrays(book(3)),
+    "book_5": lambda: arrays(book(5, 3)),
+    "moebius": lambda: arrays(moebius_band(40, 4)),
+    "klein": klein_bottle,
+    "turned_sphere": lambda: turned(BALL),
+    "turned_torus": lambda: turned(arrays(torus(24, 12)), 2),
+    "turned_grid": lambda: turned(arrays(grid(8, 6)), 2),
+    "inside_out": lambda: (BALL[0], BALL[1][:, ::-1]),
+    "two_ways": lambda: joined(BALL, (BALL[0] + [3, 0, 0], BALL[1][:, ::-1])),
+    "doubled": lambda: doubled(BALL, slice(5, 40)),
+    "doubled_flipped": lambda: doubled(BALL, slice(5, 40), flip=True),
+    "doubled_all": lambda: doubled(BALL, slice(None)),
+    "doubled_all_flipped": lambda: doubled(BALL, slice(None), flip=True),
+    "pillow": lambda: doubled(triangles(1), slice(None), flip=True),
+    "tripled": lambda: doubled(doubled(triangles(2), slice(0, 1)), slice(0, 1), flip=True),
+    "loose_first": lambda: loose(BALL, 0),
+    "loose_middle": lambda: loose(BALL, 80),
+    "loose_last": lambda: loose(BALL, 162),
+    "loose_far": lambda: loose(BALL, 3, (1e12, 1e12, 1e12)),
+    "soup": lambda: soup(arrays(icosphere(1))),
+    "nested": lambda: joined(BALL, moved(BALL, 0.5), moved(BALL, 0.25)),
+    "same_place": lambda: joined(BALL, BALL),
+    "huge": lambda: moved(BALL, 1e29),
+    "tiny": lambda: moved(BALL, 1e-29),
+    "huge_150": lambda: moved(BALL, 1e150),
+    "tiny_150": lambda: moved(BALL, 1e-150),
+    "tiny_310": lambda: moved(BALL, 1e-310),
+    "far": lambda: moved(BALL, 1.0, 1e8),
+    "far_lost": lambda: moved(BALL, 1.0, 1e16),
+    "one_point": lambda: moved(BALL, 0.0),
+    "mixed_scales": lambda: joined(BALL, moved(BALL, 1e-6, 3.0), moved(BALL, 1e6, 1e7)),
+    "needle_6": lambda: needle(1e-6),
+    "needle_12": lambda: needle(1e-12),
+    "needle_15": lambda: needle(1e-15),
+    "needle_0": lambda: needle(0.0),
+    "needle_below": lambda: needle(-1e-12),
+    "sheared": lambda: arrays(sheared(8, 1e3)),
+    "sheared_6": lambda: arrays(sheared(8, 1e6)),
+    "flat_vertex": flat_vertex,
+    "tube": lambda: arrays(cylinder_band(3, 40)),
+}

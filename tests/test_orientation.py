@@ -1,0 +1,197 @@
+"""What is up, on meshes whose faces disagree on it or that have one side only: signs, covers, their uses."""
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+from conftest import book, zoo_mesh
+from hostile import HOSTILE, doubled, hourglass, turned
+from scipy.sparse.linalg import spsolve
+
+from geomhw.errors import MeshError
+from geomhw.mesh.curvature import angle_defects
+from geomhw.mesh.intrinsic import IntrinsicMesh, mollified
+from geomhw.mesh.orientation import agreeing, distinct, two_sided_cover
+from geomhw.mesh.primitives import moebius_band
+from geomhw.mesh.topology import pinched_vertices
+from geomhw.mesh.triangle_mesh import TriangleMesh
+from geomhw.methods.heat_distance import HeatDistance
+from geomhw.methods.helmholtz import HelmholtzDecomposition
+from geomhw.methods.sources import face_source
+from geomhw.methods.vector_heat import VectorHeat
+from geomhw.operators.connection import complex_connection_stiffness, connection_stiffness
+from geomhw.operators.laplacian import lumped_mass
+
+
+def hostile(name: str) -> TriangleMesh:
+    return TriangleMesh(*HOSTILE[name]())
+
+
+@pytest.fixture(params=["crumpled_sphere", "crumpled_torus", "grid", "two_spheres"])
+def pair(request: pytest.FixtureRequest) -> tuple[TriangleMesh, TriangleMesh]:
+    """A mesh, and the same with a third of its faces upside down."""
+    mesh = zoo_mesh(request.param)
+    return mesh, TriangleMesh(*turned((mesh.vertices, mesh.faces)))
+
+
+@pytest.mark.parametrize("name", ["moebius", "klein"])
+def test_cover_of_a_one_sided_surface(name: str) -> None:
+    """Connected, oriented, over each point twice: twice the Euler characteristic; of a Klein bottle, a torus."""
+    mesh = hostile(name)
+    cover = two_sided_cover(mesh)
+    assert not mesh.is_orientable
+    assert (cover.is_oriented, cover.is_edge_manifold, cover.n_components) == (True, True, 1)
+    assert cover.euler_characteristic == 2 * mesh.euler_characteristic
+    assert len(cover.boundary_loops) == 2 * len(mesh.boundary_loops)
+    assert cover.genus == (1 if name == "klein" else 0)
+    n = mesh.n_vertices
+    np.testing.assert_array_equal(cover.vertices[:n], cover.vertices[n:])
+    np.testing.assert_array_equal(np.sort(cover.faces[: mesh.n_faces] % n), np.sort(mesh.faces))
+    np.testing.assert_allclose(cover.vertex_normals[:n], mesh.vertex_normals, atol=1e-14)
+    np.testing.assert_allclose(cover.vertex_normals[n:], -mesh.vertex_normals, atol=1e-14)
+
+
+def test_what_needs_no_cover(pair: tuple[TriangleMesh, TriangleMesh]) -> None:
+    """A mesh that agrees is its own; one that can be turned is turned back; copies of faces go."""
+    mesh, upset = pair
+    assert two_sided_cover(mesh) is agreeing(mesh) is distinct(mesh) is mesh
+    assert two_sided_cover(upset).is_oriented
+    assert ((agreeing(upset).faces != upset.faces).any(axis=1) == (upset.faces != mesh.faces).any(axis=1)).all()
+    again = TriangleMesh(*doubled((mesh.vertices, mesh.faces), slice(3, 30), flip=True))
+    np.testing.assert_array_equal(distinct(again).faces, mesh.faces)
+    np.testing.assert_array_equal(again.vertex_normals, mesh.vertex_normals)
+
+
+def test_the_lesser_part_is_turned() -> None:
+    """Component by component; of two equal parts the one with the lowest face stays."""
+    mesh = hostile("two_ways")
+    assert agreeing(mesh) is mesh
+    strip = TriangleMesh([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 3, 2]])
+    assert agreeing(strip).faces.tolist() == [[0, 1, 2], [0, 2, 3]]
+
+
+def test_edge_signs() -> None:
+    """Normals along an edge of a one-sided surface are near each other once their signs are told; else all are 1."""
+    mesh = hostile("moebius")
+    i, j = mesh.edges.T
+    cosine = np.einsum("ex,ex->e", mesh.vertex_normals[i], mesh.vertex_normals[j])
+    assert cosine.min() < -0.9
+    assert (cosine * mesh.edge_signs).min() > 0.9
+    assert (hostile("turned_torus").edge_signs == 1).all()
+
+
+def test_vectors_do_not_depend_on_how_faces_are_turned(pair: tuple[TriangleMesh, TriangleMesh]) -> None:
+    """Both connections, diffused and transported, from a vertex and from within a face that is upside down."""
+    mesh, upset = pair
+    vector = [[0.3, -0.5, 0.8]]
+    for connection in ("normals", "intrinsic"):
+        one, other = (VectorHeat(m, "h2", connection) for m in (mesh, upset))  # type: ignore[arg-type]
+        for source in (7, 0):
+            expected = one.from_sources(face_source(mesh, source), vector)
+            found = other.from_sources(face_source(upset, source, [1 / 3] * 3), vector)
+            np.testing.assert_allclose(found["diffused"], expected["diffused"], atol=1e-13)
+        expected, found = one.from_vertices([7], vector), other.from_vertices([7], vector)
+        np.testing.assert_allclose(found["diffused"], expected["diffused"], atol=1e-13)
+        size = np.linalg.norm(expected["diffused"], axis=1)
+        told = size > 1e-9 * size.max()  # where vectors cancel, opposite the source, no direction is left
+        np.testing.assert_allclose(found["transported"][told], expected["transported"][told], atol=1e-6)
+
+
+@pytest.mark.parametrize("name", ["moebius", "klein"])
+def test_vectors_on_one_sided_surfaces(name: str) -> None:
+    """The system on the cover gives what the 3n x 3n one gives, which needs none; complex numbers alone do not."""
+    mesh = hostile(name)
+    heat = VectorHeat(mesh, "h2")
+    start = np.zeros((mesh.n_vertices, 3))
+    start[5] = np.cross(mesh.vertex_normals[5], [0.3, 0.5, 0.1])
+    matrix = sp.kron(lumped_mass(mesh), sp.eye(3)) + heat.time.t * connection_stiffness(mesh)
+    expected = spsolve(matrix.tocsc(), start.ravel()).reshape(-1, 3)
+    np.testing.assert_allclose(heat.diffuse(start), expected, atol=1e-13 * np.abs(expected).max())
+    with pytest.raises(MeshError, match="one-sided"):
+        complex_connection_stiffness(mesh)
+
+
+def test_a_turn_round_a_moebius_band_mirrors() -> None:
+    """Carried across a narrow band, a vector along it comes round as it was, one across it as its opposite: where the
+    two ways round meet, opposite the source, those along agree and those across cancel."""
+    mesh = moebius_band(60, 2, width=0.05)
+    middle = np.flatnonzero(np.abs(np.linalg.norm(mesh.vertices[:, :2], axis=1) - 1) < 1e-9)
+    source, along = int(middle[mesh.vertices[middle, 0].argmax()]), np.array([0.0, 1.0, 0.0])
+    across = np.cross(mesh.vertex_normals[source], along)
+    opposite = int(middle[mesh.vertices[middle, 0].argmin()])
+    heat = VectorHeat(mesh, "1000*h2")
+    sizes = [np.linalg.norm(heat.from_vertices([source], [v])["diffused"], axis=1) for v in (along, across)]
+    assert sizes[0][opposite] > 100 * sizes[1][opposite]
+
+
+@pytest.mark.parametrize("name", ["moebius", "klein"])
+def test_distances_on_one_sided_surfaces(name: str) -> None:
+    """As on the cover, from both places over the source: a shortest path has its like there."""
+    mesh = hostile(name)
+    cover = two_sided_cover(mesh)
+    n = mesh.n_vertices
+    found = HeatDistance(mesh, refine=True).from_vertices([3])["distance"]
+    expected = HeatDistance(cover, refine=True).from_vertices([3, 3 + n])["distance"]
+    np.testing.assert_allclose(found, expected[:n], rtol=1e-9)
+    np.testing.assert_allclose(found, expected[n:], rtol=1e-9)
+
+
+def test_decomposition_does_not_depend_on_how_faces_are_turned(pair: tuple[TriangleMesh, TriangleMesh]) -> None:
+    """All parts and the potential; the mesh that comes back is the one that was given."""
+    mesh, upset = pair
+    V = np.random.default_rng(1).normal(size=(mesh.n_faces, 3))
+    expected, found = HelmholtzDecomposition(mesh)(V), HelmholtzDecomposition(upset)(V)
+    for name in ("curl_free", "coexact", "harmonic", "potential"):
+        np.testing.assert_allclose(found[name], expected[name], atol=1e-11)
+    assert found.mesh is upset
+
+
+@pytest.mark.parametrize("name", ["bow_tie", "hourglass"])
+def test_decomposition_where_only_a_vertex_joins(name: str) -> None:
+    """Stream functions know nothing of each other across a vertex; on pieces without handles nothing is harmonic."""
+    mesh = hostile(name)
+    parts = HelmholtzDecomposition(mesh)(np.random.default_rng(1).normal(size=(mesh.n_faces, 3)))
+    np.testing.assert_allclose(parts["harmonic"], 0, atol=1e-12)
+
+
+def test_curvature_of_what_is_no_fan() -> None:
+    """None on a boundary, on the spine of a book and in the waist of an hourglass; elsewhere Gauss and Bonnet hold."""
+    pages = book(3)
+    np.testing.assert_allclose(angle_defects(pages), 0, atol=1e-12)
+    glass = TriangleMesh(*hourglass())
+    defects = angle_defects(glass)
+    assert defects[0] == 0
+    assert pinched_vertices(glass.faces, glass.edge_table, glass.n_vertices).tolist() == [0]
+    # Two spheres, of which each lacks the defect at the vertex that they share.
+    ball = zoo_mesh("sphere")
+    assert angle_defects(ball).sum() == pytest.approx(4 * np.pi)
+    assert defects.sum() < 8 * np.pi
+    assert len(pinched_vertices(pages.faces, pages.edge_table, pages.n_vertices)) == 0
+
+
+def test_mollified_by_component() -> None:
+    """A face without area lengthens its own component, by that component's measure, and no other."""
+    needle, ball = HOSTILE["needle_0"](), HOSTILE["inside_out"]()
+    for scale in (1e-6, 1.0, 1e6):
+        vertices = np.concatenate([needle[0] * scale, ball[0] + 9])
+        mesh = TriangleMesh(vertices, np.concatenate([needle[1], ball[1] + 5]))
+        grown, growth = mollified(IntrinsicMesh.of(mesh))
+        alone = mollified(IntrinsicMesh.of(TriangleMesh(needle[0] * scale, needle[1])))[1]
+        assert growth == pytest.approx(alone, rel=1e-12)
+        here = mesh.edges[:, 0] < 5
+        np.testing.assert_allclose(grown.lengths[here], mesh.edge_lengths[here] + growth)
+        np.testing.assert_array_equal(grown.lengths[~here], mesh.edge_lengths[~here])
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("moebius", "a flow needs an oriented manifold, but this surface is one-sided"),
+        ("turned_grid", r"the two faces at edge 0-10 \(88 such edges\) disagree"),
+        ("book_3", r"but 3 faces meet at edge 0-7 \(6 such edges\)$"),
+        ("doubled", r"but 3 faces meet at edge 0-42 \(67 such edges\); face 320 is a copy of face 5"),
+    ],
+)
+def test_what_is_not_oriented_is_named(name: str, words: str) -> None:
+    """Which edge, how many, and why."""
+    with pytest.raises(MeshError, match=words):
+        hostile(name).require_oriented("a flow")
