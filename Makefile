@@ -5,8 +5,9 @@ VENV ?= .venv
 BIN = $(VENV)/bin
 BENCH = .venv-bench
 DEMO = demo
+RUNS ?= 60000
 
-.PHONY: demo test lint bench golden clean
+.PHONY: demo test lint bench golden fuzz clean
 
 # Runs the main job: geodesic distance on the creature of data/, as VTK and PNG.
 demo: $(VENV)/.installed
@@ -33,6 +34,10 @@ bench: $(BENCH)/.installed
 golden: $(VENV)/.developing
 	$(BIN)/python tests/golden/renew.py
 
+# Damaged files through every reader for some minutes, guided by coverage; make fuzz RUNS=1000000 for a night.
+fuzz: $(VENV)/.fuzzing
+	cd tests && $(abspath $(BIN))/python -m fuzz.run --runs $(RUNS)
+
 clean:
 	rm -rf $(VENV) $(BENCH) $(DEMO) build dist *.egg-info
 
@@ -47,6 +52,11 @@ $(VENV)/.installed: pyproject.toml | $(BIN)/python
 $(VENV)/.developing: pyproject.toml | $(BIN)/python
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable ".[dev]"
 	@touch $@ $(VENV)/.installed
+
+# Without atheris, which is not made for every Python, the run mutates files by chance.
+$(VENV)/.fuzzing: $(VENV)/.developing
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable ".[dev,fuzz]"
+	@touch $@
 
 $(BENCH)/.installed: pyproject.toml
 	test -x $(BENCH)/bin/python || $(PYTHON) -m venv $(BENCH) || { rm -rf $(BENCH); exit 1; }

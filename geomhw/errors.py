@@ -1,8 +1,21 @@
 """What can go wrong, as one small family: every message is one sentence that says what, where and what to do."""
 
+_LONGEST = 2000
+
 
 class GeomhwError(Exception):
-    """Anything this package refuses or fails at; the command line turns it into one line and exit code 1."""
+    """Anything this package refuses or fails at; the command line turns it into one line and exit code 1.
+
+    A message may quote what stands in a file: whatever that is, it stays one printable line of bounded length.
+    """
+
+    def __str__(self) -> str:
+        told = super().__str__()
+        if len(told) > _LONGEST:
+            told = f"{told[: _LONGEST - 200]} ... {told[-195:]}"
+        if told.isprintable():
+            return told
+        return "".join(c if c.isprintable() else c.encode("unicode_escape").decode("ascii") for c in told)
 
 
 class MeshError(GeomhwError):

@@ -3,6 +3,7 @@
 import os
 import struct
 import sys
+import time
 
 import meshio
 import numpy as np
@@ -11,6 +12,8 @@ import pyvista
 
 from geomhw.errors import FormatError, GeomhwError, MeshError
 from geomhw.io import READABLE, read, read_mesh
+from geomhw.io.external import surface
+from geomhw.io.external_worker import extract
 
 POINTS = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0.5]])
 
@@ -65,9 +68,34 @@ def test_meshio_that_exits_is_caught(tmp_path, capfd, monkeypatch):
         sys.exit(1)
 
     monkeypatch.setattr(meshio, "read", leave)
-    (tmp_path / "moo.msh").write_text("x")
-    assert message(tmp_path / "moo.msh") == "moo.msh cannot be read as Gmsh"
+    with pytest.raises(FormatError, match=r"^$"):
+        extract(tmp_path / "moo.msh")
     assert capfd.readouterr() == ("", "")
+
+
+def test_meshio_that_finds_no_end_is_ended(tmp_path):
+    """After BEGIN BULK, meshio's Nastran reader waits for a line for ever, at the end of the file too."""
+    (tmp_path / "moo.bdf").write_text("BEGIN BULK\n")
+    begun = time.monotonic()
+    told = message(tmp_path / "moo.bdf")
+    assert time.monotonic() - begun < 30
+    assert told.startswith("moo.bdf cannot be read as Nastran: not done after 1 s of computing")
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="limits on memory are Linux's")
+def test_meshio_that_asks_for_all_memory_gets_none(tmp_path):
+    """A header that promises 2⁴⁰ points."""
+    (tmp_path / "moo.mesh").write_text(f"MeshVersionFormatted 2\nDimension 3\nVertices\n{2**40}\n0 0 0 0\n")
+    assert message(tmp_path / "moo.mesh").startswith("moo.mesh cannot be read as Medit: ")
+
+
+def test_modules_of_the_users_folder_are_none_of_ours(tmp_path, monkeypatch):
+    """A file there that is named as a module is not run."""
+    monkeypatch.chdir(tmp_path)
+    for name in ("meshio", "numpy", "json", "geomhw"):
+        (tmp_path / f"{name}.py").write_text("raise SystemExit('taken')")
+    meshio.Mesh(POINTS, [("triangle", [[0, 1, 2]])]).write("moo.mesh")
+    assert read_mesh("moo.mesh").n_faces == 1
 
 
 @pytest.mark.parametrize("extension", [".msh", ".inp", ".bdf", ".vol"])
@@ -85,21 +113,64 @@ def test_through_meshio_in_file_order(tmp_path, capfd, extension):
     assert capfd.readouterr() == ("", "")
 
 
-def test_arrays_and_quads_through_meshio(tmp_path, monkeypatch):
-    mesh = meshio.Mesh(
-        POINTS,
-        [("vertex", [[0]]), ("quad", [[0, 1, 2, 3]]), ("triangle", [[0, 1, 2]])],
-        point_data={"heat": np.arange(4.0)},
-        cell_data={"label": [np.array([9.0]), np.array([1.0]), np.array([2.0])]},
-    )
-    # None of its formats that need no other package writes and reads back such a mesh, so it comes without a file.
-    monkeypatch.setattr(meshio, "read", lambda path: mesh)
-    (tmp_path / "moo.msh").write_text("anything")
+GMSH = """$MeshFormat
+2.2 0 8
+$EndMeshFormat
+$Nodes
+4
+1 0 0 0
+2 1 0 0
+3 1 1 0
+4 0 1 .5
+$EndNodes
+$Elements
+3
+1 15 0 1
+2 3 0 1 2 3 4
+3 2 0 1 2 3
+$EndElements
+$NodeData
+1
+"heat"
+1
+0.0
+3
+0
+1
+4
+1 0
+2 1
+3 2
+4 3
+$EndNodeData
+"""
+
+
+def test_arrays_and_quads_through_meshio(tmp_path):
+    (tmp_path / "moo.msh").write_text(GMSH)
     result = read(tmp_path / "moo.msh")
     assert result.mesh.faces.tolist() == [[0, 1, 2], [0, 2, 3], [0, 1, 2]]
     assert result["heat"].tolist() == [0, 1, 2, 3]
-    assert result["label"].tolist() == [1, 1, 2]
     assert result.report == {"file": "moo.msh", "format": "Gmsh", "polygons": 1, "ignored": ["vertex"]}
+
+
+def test_arrays_of_faces_through_meshio():
+    """Blocks of faces go one after the other; an array that some block lacks is none."""
+    found = {
+        "points": POINTS,
+        "kinds": ["vertex", "quad", "triangle"],
+        "cells_0": np.array([[0]]),
+        "cells_1": np.array([[0, 1, 2, 3]]),
+        "cells_2": np.array([[0, 1, 2]]),
+        "vertex_names": [],
+        "cell_names": ["label", "part"],
+        **{f"cell_0_{i}": np.array([value]) for i, value in enumerate([9.0, 1.0, 2.0])},
+        "cell_1_1": np.array([3.0]),
+    }
+    result = surface("moo.msh", "Gmsh", found)
+    assert [(field.name, field.location, field.values.tolist()) for field in result.fields] == [
+        ("label", "face", [1, 1, 2])
+    ]
 
 
 def test_flat_points_get_a_z(tmp_path):

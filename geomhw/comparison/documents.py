@@ -7,6 +7,7 @@ from typing import Any
 from geomhw.comparison.arrays import compare_arrays
 from geomhw.comparison.findings import Finding
 from geomhw.comparison.rules import Ignored, Tolerance
+from geomhw.errors import FormatError
 
 #: What differs between runs of one command: how long it took, and where its files are.
 DEFAULT_IGNORED = ("seconds", "files", "path", "file")
@@ -18,7 +19,10 @@ def compare_documents(one: Any, other: Any, tolerance: Tolerance, ignored: Ignor
     A list of numbers, or of lists of numbers of one length, is an array with one scale; any other number is its own.
     A pattern of ``ignored`` leaves out what it names, by its own name or by its path, and all that is inside.
     """
-    return list(_compare("", one, other, tolerance, ignored))
+    try:
+        return list(_compare("", one, other, tolerance, ignored))
+    except RecursionError:
+        raise FormatError("the documents are nested too deeply to be compared") from None
 
 
 def _compare(path: str, one: Any, other: Any, tolerance: Tolerance, ignored: Ignored) -> Iterator[Finding]:

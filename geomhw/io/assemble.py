@@ -36,9 +36,11 @@ def assemble(name: str, kind: str, content: Polygons, *, checked: bool = False) 
     """
     if not checked:
         check_polygons(content.corners, content.sizes, len(content.points), face_place(name))
-    triangles, origin = fan(content.corners, content.sizes)
+    small = np.int32 if len(content.points) < 2**31 else np.int64
+    triangles, origin = fan(content.corners.astype(small), content.sizes)
     try:
-        mesh = TriangleMesh(content.points, triangles)
+        with np.errstate(invalid="ignore"):  # a signaling NaN of single precision; it is refused as any NaN is
+            mesh = TriangleMesh(content.points.astype(np.float64, copy=False), triangles)
     except MeshError as error:
         raise MeshError(f"{name}: {error}") from None
     report: dict[str, Any] = {"file": name, "format": kind}
@@ -79,7 +81,8 @@ def _fields(name: str, arrays: Arrays, location: Location, rows: int | None, ori
             continue
         values = array if origin is None else array[origin]
         if array.dtype.kind == "f":
-            values = values.astype(np.float64)
+            with np.errstate(invalid="ignore"):
+                values = values.astype(np.float64)
         elif array.dtype.kind == "b":
             values = values.astype(np.uint8)
         else:

@@ -9,6 +9,7 @@ import numpy as np
 
 from geomhw.errors import FormatError
 from geomhw.io.atomic import replacing
+from geomhw.io.numpy_file import read_numpy
 
 _DESCRIPTION = "description"
 
@@ -23,9 +24,9 @@ def write_checkpoint(path: str | Path, description: Mapping[str, Any], arrays: M
 def read_checkpoint(path: str | Path) -> tuple[dict[str, Any], dict[str, Any]]:
     """The description and the arrays; FormatError where the file is not such a state."""
     try:
-        # Opened here, for np.load leaves a broken file open.
-        with Path(path).open("rb") as stream, np.load(stream, allow_pickle=False) as stored:
-            arrays = dict(stored.items())
+        arrays = read_numpy(Path(path).read_bytes())
+        if not isinstance(arrays, dict):
+            raise ValueError("it is one array")
         description = json.loads(str(arrays.pop(_DESCRIPTION)))
         if not isinstance(description, dict):
             raise ValueError("it does not say of what run")

@@ -1,8 +1,12 @@
-"""Formats that meshio reads; whatever it does when it fails becomes one FormatError."""
+"""Formats that meshio reads, in a process of its own with limits on time and memory; whatever it does becomes an error.
 
-import contextlib
-import io
-import warnings
+meshio trusts the counts in a file: on a damaged one it may loop for minutes or ask for all memory, and it may print or
+call ``sys.exit``.
+"""
+
+import signal
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geomhw.errors import FormatError
+from geomhw.io import external_worker as worker
 from geomhw.io.assemble import Polygons, assemble
 from geomhw.mesh.arrays import Floats
 from geomhw.results import Result
@@ -26,43 +31,76 @@ FORMATS = {
     ".su2": "SU2",
 }
 _VOLUMES = ("tetra", "hexahedron", "wedge", "pyramid", "penta", "polyhedron", "voxel")
+#: By the clock, where a machine is busy or knows no processor time, that many times the limit and a while to start.
+_PATIENCE, _START = 20.0, 60.0
 
 
 def read_external(path: Path) -> Result:
     """The triangles, quads and polygons of a file that meshio reads, in file order."""
-    name, kind = path.name, FORMATS[path.suffix.lower()]
-    content = _read(path, kind)
-    faces = [i for i, block in enumerate(content.cells) if _is_face(block.type)]
-    ignored = sorted({block.type for i, block in enumerate(content.cells) if i not in faces})
+    kind = FORMATS[path.suffix.lower()]
+    try:
+        found = _in_another_process(path)
+    except FormatError as error:
+        reason = f": {error}" if str(error) else ""
+        raise FormatError(f"{path.name} cannot be read as {kind}{reason}") from error
+    return surface(path.name, kind, found)
+
+
+def _in_another_process(path: Path) -> dict[str, Any]:
+    """What ``extract`` finds in the file."""
+    # Isolated, so that no file of the user's folder is taken for a module; then with this process's own paths.
+    program = f"import sys; sys.path[:] = {sys.path!r}; from pathlib import Path; "
+    program += f"from {worker.__name__} import main; main(Path({str(path.absolute())!r}))"
+    seconds = worker.SECONDS + worker.SECONDS_A_BYTE * path.stat().st_size
+    try:
+        answer = subprocess.run(
+            [sys.executable, "-I", "-c", program],
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            timeout=_START + _PATIENCE * seconds,
+        )
+    except subprocess.TimeoutExpired:
+        raise FormatError(_endless(seconds)) from None
+    return understood(answer.returncode, answer.stdout, seconds)
+
+
+def understood(code: int, output: bytes, seconds: float) -> dict[str, Any]:
+    """What the other process says; FormatError without a file's name where it refuses, or did not get that far."""
+    if code == -getattr(signal, "SIGPROF", 0):
+        raise FormatError(_endless(seconds))
+    if code:
+        raise FormatError("its reader breaks down on it")
+    if output.startswith(worker.REFUSAL):
+        raise FormatError(output.removeprefix(worker.REFUSAL).decode())
+    return worker.read_arrays(output)
+
+
+def _endless(seconds: float) -> str:
+    return f"not done after {seconds:.3g} s of computing, far more than its size explains; it is damaged"
+
+
+def surface(name: str, kind: str, found: dict[str, Any]) -> Result:
+    """The Result of a file, from what the other process found in it."""
+    faces = [i for i, cell in enumerate(found["kinds"]) if _is_face(cell)]
+    ignored = sorted({cell for i, cell in enumerate(found["kinds"]) if i not in faces})
     if not faces:
         raise FormatError(_no_faces(name, ignored))
-    blocks = [np.asarray(content.cells[i].data) for i in faces]
+    blocks = [found.get(f"cells_{i}", np.empty(0)) for i in faces]
+    if any(block.ndim != 2 or block.dtype.kind not in "iu" for block in blocks):
+        raise FormatError(f"{name} holds faces without corners")
     return assemble(
         name,
         kind,
         Polygons(
-            points=_in_space(name, np.asarray(content.points, dtype=np.float64)),
+            points=_in_space(name, found["points"]),
             corners=np.concatenate([block.ravel() for block in blocks]).astype(np.int64),
             sizes=np.concatenate([np.full(len(block), block.shape[1]) for block in blocks]),
-            vertex_arrays={key: np.asarray(array) for key, array in content.point_data.items()},
-            face_arrays=_face_arrays(content.cell_data, faces),
+            vertex_arrays=_arrays(found, "vertex", [""]),
+            face_arrays=_arrays(found, "cell", [f"_{i}" for i in faces]),
             notes={"ignored": ignored} if ignored else {},
         ),
     )
-
-
-def _read(path: Path, kind: str) -> Any:
-    """meshio's mesh. It may print, warn, call sys.exit or raise nearly anything on a file it does not like."""
-    import meshio
-
-    silent = io.StringIO()
-    try:
-        with contextlib.redirect_stdout(silent), contextlib.redirect_stderr(silent), warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            return meshio.read(path)
-    except (Exception, SystemExit) as error:
-        reason = "" if isinstance(error, SystemExit) else " ".join(str(error).split())[:200]
-        raise FormatError(f"{path.name} cannot be read as {kind}" + (f": {reason}" if reason else "")) from error
 
 
 def _is_face(kind: str) -> bool:
@@ -82,5 +120,15 @@ def _in_space(name: str, points: Floats) -> Floats:
     return np.pad(points, ((0, 0), (0, 3 - points.shape[1])))
 
 
-def _face_arrays(cell_data: dict[str, list[Any]], faces: list[int]) -> dict[str, NDArray[Any]]:
-    return {key: np.concatenate([np.asarray(blocks[i]) for i in faces]) for key, blocks in cell_data.items()}
+def _arrays(found: dict[str, Any], place: str, ends: list[str]) -> dict[str, NDArray[Any]]:
+    """Arrays by name, the parts of all blocks one after the other; without those that some block lacks."""
+    arrays = {}
+    for j, name in enumerate(found[f"{place}_names"]):
+        parts = [found[key] for end in ends if (key := f"{place}_{j}{end}") in found]
+        if (
+            len(parts) == len(ends)
+            and all(part.ndim for part in parts)
+            and len({part.shape[1:] for part in parts}) == 1
+        ):
+            arrays[str(name)] = np.concatenate(parts)
+    return arrays

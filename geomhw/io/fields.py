@@ -9,6 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geomhw.errors import FieldError
+from geomhw.io.content import content
+from geomhw.io.numpy_file import read_numpy
 from geomhw.io.reading import READABLE, read
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.results import Field, Location
@@ -29,7 +31,7 @@ def read_field(spec: str, mesh: TriangleMesh) -> Field:
     if extension == ".npy":
         if key:
             raise FieldError(f"{path.name} holds one array without a name; leave ':{key}' away")
-        name, values = path.stem, _load(path)
+        name, values = path.stem, _from_npy(path)
     elif extension == ".npz":
         name, values = key, _from_npz(path, key)
     elif extension == ".csv":
@@ -70,23 +72,26 @@ def _choose(path: Path, key: str, names: list[str]) -> str:
     raise FieldError(f"{path.name} has no array '{key}'; {there}")
 
 
-def _load(path: Path) -> Any:
+def _load(path: Path) -> NDArray[Any] | dict[str, NDArray[Any]]:
+    data = content(path)
     try:
-        return np.load(path, allow_pickle=False)
+        return read_numpy(data)
     except Exception as error:  # zipfile, pickle, struct and numpy each have their own
         raise FieldError(f"{path.name} cannot be read as a numpy file: {' '.join(str(error).split())[:150]}") from error
 
 
 def _from_npz(path: Path, key: str) -> NDArray[Any]:
     archive = _load(path)
-    if not isinstance(archive, np.lib.npyio.NpzFile):
+    if isinstance(archive, np.ndarray):
         raise FieldError(f"{path.name} is not an archive of arrays, whatever its name says; is it a .npy file?")
-    with archive:
-        _choose(path, key, list(archive.files))
-        try:
-            return np.asarray(archive[key])
-        except Exception as error:
-            raise FieldError(f"{path.name}: array '{key}' cannot be read: {' '.join(str(error).split())}") from error
+    return archive[_choose(path, key, list(archive))]
+
+
+def _from_npy(path: Path) -> NDArray[Any]:
+    array = _load(path)
+    if isinstance(array, dict):
+        raise FieldError(f"{path.name} is an archive of arrays, whatever its name says; is it a .npz file?")
+    return array
 
 
 def _from_csv(path: Path, key: str) -> NDArray[Any]:

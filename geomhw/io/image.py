@@ -12,6 +12,8 @@ from geomhw.errors import FormatError
 from geomhw.io.atomic import replacing
 from geomhw.io.content import content
 
+#: Bytes that deflate makes of one at most [RFC 1951].
+_DEFLATED = 1032
 #: Kinds of PNG with up to 8 bits a channel, as Pillow calls them.
 _MODES = {"1", "L", "LA", "P", "RGB", "RGBA"}
 
@@ -34,7 +36,10 @@ def read_png(path: str | Path) -> NDArray[np.uint8]:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error", Image.DecompressionBombWarning)
-            picture = Image.open(io.BytesIO(content(path)), formats=["PNG"])
+            data = content(path)
+            picture = Image.open(io.BytesIO(data), formats=["PNG"])
+            if picture.width * picture.height // 8 > _DEFLATED * len(data):
+                raise ValueError(f"{picture.width} x {picture.height} pixels do not fit into {len(data)} bytes")
             if picture.mode in _MODES:
                 return np.asarray(picture.convert("RGBA"))
     except (OSError, SyntaxError, ValueError, Image.DecompressionBombError, Image.DecompressionBombWarning) as error:

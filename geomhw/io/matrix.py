@@ -9,11 +9,15 @@ import numpy as np
 from geomhw.errors import FormatError
 from geomhw.io.atomic import replacing
 from geomhw.io.content import content
+from geomhw.io.market import read_market
+from geomhw.io.numpy_file import read_numpy
 
 #: Extensions that ``write_matrix`` knows.
 WRITABLE_MATRICES = (".npz", ".mtx")
 #: The name of what has none in its file: a sparse matrix, the array of a ``.npy``.
 UNNAMED = "values"
+#: Rows and columns of a matrix that is read are fewer.
+_MOST = 2**31
 
 
 def write_matrix(path: str | Path, matrix: Any) -> None:
@@ -40,28 +44,25 @@ def write_matrix(path: str | Path, matrix: Any) -> None:
 def read_arrays(path: str | Path) -> dict[str, Any]:
     """Arrays and sparse matrices of a ``.npy``, ``.npz`` or ``.mtx`` file by name; ``UNNAMED`` where it has none."""
     path = Path(path)
-    stream = io.BytesIO(content(path))
+    data = content(path)
     try:
-        return _of_market(stream) if path.suffix.lower() == ".mtx" else _of_numpy(stream)
+        return {UNNAMED: read_market(data)} if path.suffix.lower() == ".mtx" else _of_numpy(data)
     except Exception as error:  # zip, pickle, struct, numpy and scipy each have their own
         what = "Matrix Market" if path.suffix.lower() == ".mtx" else "a numpy file"
         reason = " ".join(str(error).split())[:150]
         raise FormatError(f"{path.name} cannot be read as {what}: {reason}") from error
 
 
-def _of_market(stream: io.BytesIO) -> dict[str, Any]:
-    from scipy.io import mmread
-
-    return {UNNAMED: mmread(stream)}
-
-
-def _of_numpy(stream: io.BytesIO) -> dict[str, Any]:
-    stored = np.load(stream, allow_pickle=False)
+def _of_numpy(data: bytes) -> dict[str, Any]:
+    stored = read_numpy(data)  # which finds out whether the file holds what its headers promise
     if isinstance(stored, np.ndarray):
         return {UNNAMED: stored}
-    if {"format", "shape", "data"} <= set(stored.files):
-        from scipy.sparse import load_npz
+    if not {"format", "shape", "data"} <= stored.keys():
+        return stored
+    from scipy.sparse import load_npz
 
-        stream.seek(0)
-        return {UNNAMED: load_npz(stream)}
-    return dict(stored.items())
+    if (stored["shape"].astype(np.float64) >= _MOST).any():
+        raise ValueError(f"a matrix of {stored['shape'].tolist()} is too large")
+    matrix = load_npz(io.BytesIO(data))
+    matrix.check_format() if hasattr(matrix, "check_format") else None
+    return {UNNAMED: matrix}

@@ -2,6 +2,8 @@
 
 import re
 import struct
+from array import array
+from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
@@ -21,6 +23,9 @@ _TYPES |= {"double": "f8", "int8": "i1", "uint8": "u1", "int16": "i2", "uint16":
 _TYPES |= {"float32": "f4", "float64": "f8", "int64": "i8", "uint64": "u8"}
 _ORDERS = {"ascii": "<", "binary_little_endian": "<", "binary_big_endian": ">"}
 _STRUCT = {"i1": "b", "u1": "B", "i2": "h", "u2": "H", "i4": "i", "u4": "I", "f4": "f", "f8": "d", "i8": "q", "u8": "Q"}
+#: Names of the list of a face's corners.
+_CORNERS = ("vertex_indices", "vertex_index")
+_ALL = np.empty(0, np.int64)  # stands for all rows, where there is one group
 
 
 @dataclass(frozen=True)
@@ -55,9 +60,13 @@ def read_ply(name: str, data: bytes) -> Result:
     buffer = _numbers_as_bytes(name, data, body) if text else np.frombuffer(data, np.uint8)[body:]
     offset, found, ignored = 0, {}, []
     for element in elements:
-        columns, offset = _Reader(name, element, _ORDERS[order], text).read(buffer, offset)
-        found[element.name] = columns
-        if element.name not in ("vertex", "face") and element.size:
+        if not element.properties:
+            continue  # its rows take no bytes, however many the header counts
+        reader = _Reader(name, element, _ORDERS[order], text)
+        if element.name in ("vertex", "face"):
+            found[element.name], offset = reader.read(buffer, offset)
+        elif element.size:
+            offset = reader.skip(buffer, offset)
             ignored.append(element.name)
     if offset < len(buffer) and (text or data[body + offset :].strip()):
         raise FormatError(f"{name} goes on after the last element that its header counts")
@@ -69,7 +78,7 @@ def _result(name: str, found: dict[str, _Columns], ignored: list[str]) -> Result
     missing = [axis for axis in "xyz" if not isinstance(vertex.get(axis), np.ndarray)]
     if missing:
         raise FormatError(f"{name} has no vertices with x, y and z (missing: {', '.join(missing)})")
-    polygons = next((face.get(key) for key in ("vertex_indices", "vertex_index") if key in face), None)
+    polygons = next((face.get(key) for key in _CORNERS if key in face), None)
     if not isinstance(polygons, _Lists) or not len(polygons.sizes):
         raise FormatError(f"{name} has no faces: no element 'face' with a list 'vertex_indices'")
     return assemble(
@@ -113,7 +122,7 @@ def _header(name: str, data: bytes) -> tuple[str, list[_Element], int]:
         match words:
             case ["format", kind, *_]:
                 order = kind
-            case ["element", key, count] if count.isascii() and count.isdigit():
+            case ["element", key, count] if re.fullmatch(r"[0-9]{1,18}", count):
                 elements.append(_Element(key, int(count)))
             case ["property", "list", count, kind, key] if elements and {count, kind} <= _TYPES.keys():
                 elements[-1].properties.append(_Property(key, _TYPES[kind], _TYPES[count]))
@@ -150,20 +159,49 @@ class _Reader:
         if end <= len(buffer):
             records = buffer[offset:end].view(layout) if end > offset else np.zeros(0, layout)
             if all(np.all(records[f"n{i}"] == n) for i, n in enumerate(counts)):
-                return self._columns([(np.arange(size), counts, records)]), end
+                self._check_corners(np.array([counts]))
+                return self._columns([(_ALL, counts, records)]), end
         return self._mixed(buffer, offset)
 
+    def skip(self, buffer: NDArray[np.uint8], offset: int) -> int:
+        """Where the next element begins."""
+        if all(item.count is None for item in self.element.properties):
+            end = offset + self.element.size * self._layout(()).itemsize
+            if end > len(buffer):
+                self._truncated((len(buffer) - offset) // self._layout(()).itemsize)
+            return end
+        begin, counts = deque(self._walk(buffer, offset, self.element.size), maxlen=1)[0]
+        return begin + self._layout(counts).itemsize
+
     def _mixed(self, buffer: NDArray[np.uint8], offset: int) -> tuple[_Columns, int]:
-        steps = list(self._walk(buffer, offset, self.element.size))
-        begins = np.array([begin for begin, _ in steps])
-        kinds, group = np.unique(np.array([counts for _, counts in steps]), axis=0, return_inverse=True)
+        lists = sum(item.count is not None for item in self.element.properties)
+        steps = array("q")  # of each row where it begins and how long its lists are; Python's own numbers are heavy
+        for begin, lengths in self._walk(buffer, offset, self.element.size):
+            steps.append(begin)
+            steps.extend(lengths)
+        table = np.frombuffer(steps, np.int64).reshape(-1, 1 + lists)
+        self._check_corners(table[:, 1:])
+        begins, last = table[:, 0], table[-1]
+        kinds, group = np.unique(table[:, 1:], axis=0, return_inverse=True)
+        order, ends = np.argsort(group.ravel(), kind="stable"), np.cumsum(np.bincount(group.ravel()))
         groups = []
         for i, counts in enumerate(kinds.tolist()):
-            rows = np.flatnonzero(group.ravel() == i)
+            rows = order[ends[i - 1] if i else 0 : ends[i]]
             layout = self._layout(tuple(counts))
-            raw = buffer[begins[rows][:, None] + np.arange(layout.itemsize)]
+            unit = 8 if self.text else 1
+            units = buffer.view(np.uint64) if self.text else buffer
+            raw = units[begins[rows][:, None] // unit + np.arange(layout.itemsize // unit)]
             groups.append((rows, tuple(counts), raw.view(layout).ravel()))
-        return self._columns(groups), steps[-1][0] + self._layout(steps[-1][1]).itemsize
+        return self._columns(groups), int(last[0]) + self._layout(tuple(last[1:].tolist())).itemsize
+
+    def _check_corners(self, counts: Ints) -> None:
+        """FormatError where a face has too few; told before its row, of a byte or so, takes many bytes here."""
+        lists = [item.name for item in self.element.properties if item.count]
+        corners = next((k for k, name in enumerate(lists) if name in _CORNERS), None)
+        if self.element.name == "face" and corners is not None and counts.size and counts[:, corners].min() < 3:
+            row = int(np.argmax(counts[:, corners] < 3))
+            few = counts[row, corners]
+            raise FormatError(f"{self.name}, face {row}: face has {few} corners; it needs at least 3")
 
     def _walk(self, buffer: NDArray[np.uint8], offset: int, size: int) -> Iterator[tuple[int, tuple[int, ...]]]:
         """Where each row begins and how long its lists are; each length says where the next one stands."""
@@ -208,7 +246,14 @@ class _Reader:
         k = 0
         for i, item in enumerate(self.element.properties):
             parts = [(rows, records[f"p{i}"]) for rows, _, records in groups]
-            if item.count is None:
+            if len(groups) == 1 and item.count is None:
+                columns[item.name] = self._declared(item, np.ascontiguousarray(parts[0][1]))
+            elif len(groups) == 1:
+                length = groups[0][1][k] if groups[0][1] else 0
+                sizes = np.full(self.element.size, length, dtype=np.int64)
+                columns[item.name] = _Lists(self._declared(item, parts[0][1].ravel()), sizes)
+                k += 1
+            elif item.count is None:
                 column = np.empty(self.element.size, dtype=parts[0][1].dtype)
                 for rows, values in parts:
                     column[rows] = values
@@ -235,7 +280,8 @@ class _Reader:
                     f"{self.name}: property '{item.name}' of {self.element.name} is declared an integer of "
                     f"{kind.itemsize} bytes, but has values that are none"
                 )
-        return values.astype(kind, copy=False)
+        with np.errstate(over="ignore"):  # too large for single precision is infinite
+            return values.astype(kind, copy=False)
 
     def _truncated(self, row: int) -> None:
         raise FormatError(f"{self.name} ends after {row} of {self.element.size} rows of element '{self.element.name}'")

@@ -29,8 +29,13 @@ def fan(corners: Ints, sizes: Ints) -> tuple[Ints, Ints]:
         return corners.reshape(-1, 3), np.arange(len(sizes))
     begins = np.cumsum(sizes) - sizes
     origin = np.repeat(np.arange(len(sizes)), sizes - 2)
+    triangles = np.empty((len(origin), 3), corners.dtype)  # filled column by column, for the sake of memory
+    triangles[:, 0] = np.repeat(corners[begins], sizes - 2)
     second = ragged(begins + 1, sizes - 2)
-    return np.stack([corners[begins[origin]], corners[second], corners[second + 1]], axis=1), origin
+    triangles[:, 1] = corners[second]
+    second += 1
+    triangles[:, 2] = corners[second]
+    return triangles, origin
 
 
 def check_polygons(corners: Ints, sizes: Ints, n_vertices: int, place: Callable[[int], str]) -> None:
@@ -58,7 +63,11 @@ def check_distinct(corners: Ints, sizes: Ints, place: Callable[[int], str], base
         repeated = np.flatnonzero((a == b) | (b == c) | (c == a))
         if not len(repeated):
             return
-    owner = np.repeat(np.arange(len(sizes)), sizes)
+    elif np.all(sizes == sizes[0]):
+        ordered = np.sort(corners.reshape(len(sizes), -1), axis=1)
+        if not (ordered[:, 1:] == ordered[:, :-1]).any():
+            return
+    owner = np.repeat(np.arange(len(sizes), dtype=np.int32), sizes)
     order = np.lexsort((corners, owner))
     twins = (np.diff(corners[order]) == 0) & (np.diff(owner[order]) == 0)
     if twins.any():

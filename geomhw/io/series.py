@@ -15,7 +15,9 @@ from xml.sax.saxutils import quoteattr
 
 from geomhw.errors import FormatError
 from geomhw.io.atomic import replacing
+from geomhw.io.content import content
 from geomhw.io.writing import write, write_cloud
+from geomhw.io.xml_tree import parse_xml
 from geomhw.results import Cloud, Result
 
 #: Which part of a time step in the ``.pvd`` the tracers are.
@@ -78,13 +80,11 @@ class SeriesWriter:
 def read_series(path: str | Path) -> list[Frame]:
     """Frames of a ``.pvd``; FormatError where there is none or it is no series."""
     try:
-        items = [item.attrib for item in ElementTree.parse(path).getroot().iter("DataSet")]
+        items = [item.attrib for item in parse_xml(content(Path(path))).iter("DataSet")]
         parts = {item["timestep"]: item["file"] for item in items if item.get("part") == TRACER_PART}
         meshes = [item for item in items if item.get("part") != TRACER_PART]
         return [Frame(float(item["timestep"]), item["file"], parts.get(item["timestep"])) for item in meshes]
-    except FileNotFoundError:
-        raise FormatError(f"{path}: there is no such file") from None
-    except (OSError, ElementTree.ParseError, KeyError, ValueError) as error:
+    except (ElementTree.ParseError, KeyError, ValueError) as error:
         raise FormatError(f"{Path(path).name} is not a .pvd series that can be read: {error}") from error
 
 

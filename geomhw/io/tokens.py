@@ -48,9 +48,12 @@ class Lines:
         self._clean = np.frombuffer(bytearray(text + b"\n"), dtype=np.uint8)
         if comments and b"#" in text:
             _blank_comments(self._clean)
-        self._starts = token_starts(self._clean)
-        ends = np.searchsorted(self._starts, np.flatnonzero(self._clean == _NEWLINE))
-        counts = np.diff(ends, prepend=0)
+        place = _place_type(len(self._clean))
+        self._starts = token_starts(self._clean).astype(place)
+        newlines = np.flatnonzero(self._clean == _NEWLINE).astype(place)
+        ends = np.searchsorted(self._starts, newlines).astype(place)
+        del newlines
+        counts = np.diff(ends, prepend=place(0))
         filled = counts > 0
         self.counts: Ints = counts[filled]
         self._first = (ends - counts)[filled]
@@ -144,13 +147,23 @@ def _plain_newlines(data: bytes) -> bytes:
     return data.replace(b"\r\n", b" \n").replace(b"\r", b"\n") if b"\r" in data else data
 
 
+def _place_type(size: int) -> type[Any]:
+    """Of positions in so many bytes: half the memory, for files of usual size."""
+    return np.int32 if size < 2**31 else np.int64
+
+
 def _blank_comments(clean: NDArray[np.uint8]) -> None:
     """Blank from each ``#`` to the end of its line, in place."""
-    newlines = np.flatnonzero(clean == _NEWLINE)
-    hashes = np.flatnonzero(clean == ord("#"))
-    ends, first = np.unique(newlines[np.searchsorted(newlines, hashes)], return_index=True)
-    begins = hashes[first]
-    clean[ragged(begins, ends - begins)] = _SPACE
+    place = _place_type(len(clean))
+    newlines = np.flatnonzero(clean == _NEWLINE).astype(place)
+    hashes = np.flatnonzero(clean == ord("#")).astype(place)
+    ends = newlines[np.searchsorted(newlines, hashes)]
+    first = np.diff(ends, prepend=place(-1)) > 0  # of the hashes of a line
+    inside = np.zeros(len(clean), dtype=np.int8)
+    inside[hashes[first]] = 1
+    inside[ends[first]] = -1
+    np.cumsum(inside, dtype=np.int8, out=inside)
+    clean[inside.view(bool)] = _SPACE
 
 
 def token_starts(clean: NDArray[np.uint8]) -> Ints:
@@ -168,6 +181,20 @@ def _main_parts(section: NDArray[np.uint8]) -> NDArray[np.bool_] | None:
         return None
     section[slashes] = _SPACE
     return np.asarray(~slashes[token_starts(section) - 1])
+
+
+def converted(values: NDArray[Any], kind: np.dtype[Any]) -> NDArray[Any]:
+    """Numbers of a text in the type that the file says; ValueError where an integer type cannot hold one.
+
+    What is too large for a float is infinite, as it is when read from text.
+    """
+    if kind.kind in "iu":
+        limits = np.iinfo(kind)
+        bad = (values != np.floor(values)) | (values < limits.min) | (values > limits.max)
+        if bad.any():
+            raise ValueError(f"{values[np.argmax(bad)]:.20g} is none of the whole numbers of {kind.itemsize} bytes")
+    with np.errstate(over="ignore"):
+        return values.astype(kind)
 
 
 def parse_numbers(text: bytes, kind: type[Any]) -> NDArray[Any] | None:

@@ -44,9 +44,15 @@ class Dataset:
 
 def from_offsets(name: str, connectivity: Ints, offsets: Ints, types: Ints | int) -> Cells:
     """Cells given by where each of them ends in the connectivity."""
-    sizes = np.diff(offsets.astype(np.int64), prepend=0)
-    if (sizes < 0).any() or sizes.sum() != len(connectivity):
+    for what, array in (("offsets", offsets), ("connectivity", connectivity), ("types", np.asarray(types))):
+        if array.dtype.kind not in "iu" or array.ndim > 1:
+            raise FormatError(f"{name}: the {what} of the cells are not whole numbers, one after the other")
+    # Before differences are taken, which may wrap.
+    if (offsets[1:] < offsets[:-1]).any() or (len(offsets) and not 0 <= offsets[0] <= offsets[-1]):
+        raise FormatError(f"{name}: the offsets of the cells do not ascend")
+    if (int(offsets[-1]) if len(offsets) else 0) != len(connectivity):
         raise FormatError(f"{name}: the offsets of the cells do not fit their connectivity")
+    sizes = np.diff(offsets.astype(np.int64), prepend=0)
     kinds = np.broadcast_to(types, len(sizes)) if isinstance(types, int) else types
     if len(kinds) != len(sizes):
         raise FormatError(f"{name} has {len(kinds)} cell types for {len(sizes)} cells")
@@ -57,6 +63,8 @@ def surface(name: str, kind: str, data: Dataset) -> Result:
     """The Result of a VTK file: its triangles, quads and polygons, with their rows of the cell arrays."""
     if data.points is None or not data.cells:
         raise FormatError(f"{name} has no {'points' if data.points is None else 'cells'}")
+    if data.points.size % 3:
+        raise FormatError(f"{name} has points of {data.points.size} coordinates, which is not three for each")
     corners = np.concatenate([cells.corners for cells in data.cells])
     sizes = np.concatenate([cells.sizes for cells in data.cells])
     types = np.concatenate([cells.types for cells in data.cells])

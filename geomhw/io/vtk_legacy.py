@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geomhw.errors import FormatError
-from geomhw.io.tokens import parse_numbers, token_starts
+from geomhw.io.tokens import converted, parse_numbers, token_starts
 from geomhw.io.vtk_cells import LINE, POLYGON, STRIP, VERTEX, Cells, Dataset, from_offsets, surface
 from geomhw.mesh.arrays import Ints
 from geomhw.results import Result
@@ -33,7 +33,7 @@ class _Legacy:
         self.dataset = Dataset()
         self._arrays, self._rows = self.dataset.mesh_arrays, 0
         self._parts: dict[str, Cells] = {}
-        match = re.match(rb"# vtk DataFile Version (\d+)\.\d+[^\n]*\n[^\n]*\n\s*(ASCII|BINARY)\s", data)
+        match = re.match(rb"# vtk DataFile Version (\d{1,9})\.\d+[^\n]*\n[^\n]*\n\s*(ASCII|BINARY)\s", data)
         if match is None:
             raise FormatError(f"{name} does not start as a legacy VTK file does ('# vtk DataFile Version 3.0')")
         self._version, self._text = int(match[1]), match[2] == b"ASCII"
@@ -142,7 +142,7 @@ class _Legacy:
         if parsed is None or len(parsed) != count:
             raise FormatError(f"{self.name}: something among the numbers after line {self._number()} is not a number")
         self._at = end
-        return parsed.astype(target)
+        return converted(parsed, target)
 
     def _truncated(self) -> FormatError:
         return FormatError(f"{self.name} ends inside the array that starts after line {self._number()}")

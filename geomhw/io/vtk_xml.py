@@ -6,7 +6,8 @@ import re
 import zlib
 from collections.abc import Callable
 from dataclasses import dataclass
-from itertools import pairwise
+from functools import partial
+from itertools import accumulate, pairwise
 from typing import Any
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
@@ -15,15 +16,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geomhw.errors import FormatError
-from geomhw.io.tokens import parse_numbers
+from geomhw.io.tokens import converted, parse_numbers
 from geomhw.io.vtk_cells import LINE, POLYGON, STRIP, VERTEX, Dataset, from_offsets, surface
+from geomhw.io.xml_tree import parse_xml
 from geomhw.results import Cloud, Field, Result
 
-_DECOMPRESS: dict[str | None, Callable[[bytes], bytes] | None] = {
+#: What the highest level of LZMA takes to unpack; a file may ask for gigabytes.
+_LZMA_MEMORY = 70 << 20
+_UNPACKERS: dict[str | None, Callable[[], Any] | None] = {
     None: None,
-    "vtkZLibDataCompressor": zlib.decompress,
-    "vtkLZMADataCompressor": lzma.decompress,
+    "vtkZLibDataCompressor": zlib.decompressobj,
+    "vtkLZMADataCompressor": partial(lzma.LZMADecompressor, memlimit=_LZMA_MEMORY),
 }
+_PACKING = (zlib.error, lzma.LZMAError, MemoryError)
 _TYPES = {f"{word}{8 * size}": f"{kind}{size}" for word, kind in (("Int", "i"), ("UInt", "u")) for size in (1, 2, 4, 8)}
 _TYPES |= {"Float32": "f4", "Float64": "f8"}
 _POLYDATA = (("Verts", VERTEX), ("Lines", LINE), ("Polys", POLYGON), ("Strips", STRIP))
@@ -55,7 +60,7 @@ def _read(name: str, data: bytes, kind: str) -> Dataset:
         arrays = _Arrays(name, root, appended, encoding)
         grid = root.find(kind)
         return _dataset(name, grid if grid is not None else root, arrays, kind)
-    except (ElementTree.ParseError, ValueError, KeyError, IndexError, zlib.error, lzma.LZMAError, EOFError) as error:
+    except (ElementTree.ParseError, ValueError, KeyError, IndexError, EOFError, *_PACKING) as error:
         reason = " ".join(str(error).split())[:120]
         raise FormatError(f"{name} is not a whole VTK XML file: {reason}") from error
 
@@ -64,11 +69,11 @@ def _parse(data: bytes) -> tuple[Element, bytes, str]:
     """The tree, and the appended block, which may be raw bytes that no XML parser takes, with its encoding."""
     begin = data.find(b"<AppendedData")
     if begin < 0:
-        return ElementTree.fromstring(data), b"", ""
+        return parse_xml(data), b"", ""
     tag_end = data.index(b">", begin)
     encoding = re.search(rb'encoding\s*=\s*"(\w+)"', data[begin:tag_end])
     block = data[data.index(b"_", tag_end) + 1 : data.rfind(b"</AppendedData")]
-    return ElementTree.fromstring(data[:begin] + b"</VTKFile>"), block, encoding[1].decode() if encoding else "base64"
+    return parse_xml(data[:begin] + b"</VTKFile>"), block, encoding[1].decode() if encoding else "base64"
 
 
 def _dataset(name: str, grid: Element, arrays: "_Arrays", kind: str) -> Dataset:
@@ -123,9 +128,9 @@ class _Arrays:
         self.order = ">" if root.get("byte_order") == "BigEndian" else "<"
         self.head = np.dtype(self.order + _TYPES[root.get("header_type", "UInt32")])
         compressor = root.get("compressor")
-        if compressor not in _DECOMPRESS and any(e.get("format") != "ascii" for e in root.iter("DataArray")):
+        if compressor not in _UNPACKERS and any(e.get("format") != "ascii" for e in root.iter("DataArray")):
             raise FormatError(f"{name} is compressed with {compressor}, which is not read; use zlib or none")
-        self.decompress = _DECOMPRESS.get(compressor)
+        self.unpacker = _UNPACKERS.get(compressor)
         self.appended, self.encoding = appended, encoding
 
     def by_name(self, parent: Element | None) -> dict[str, NDArray[Any]]:
@@ -139,14 +144,14 @@ class _Arrays:
         form = element.get("format", "ascii")
         text = (element.text or "").strip()
         if form == "ascii":
-            values = self._text(element, text).astype(kind.newbyteorder("="))
+            values = converted(self._text(element, text), kind.newbyteorder("="))
         else:
             if form == "appended":
                 block = memoryview(self.appended)[int(element.get("offset", "0")) :]
                 coded = _Encoded(block, self.encoding == "base64")
             else:
                 coded = _Encoded(memoryview(text.encode("ascii")), True)
-            raw = self._blocks(coded) if self.decompress else self._plain(coded)
+            raw = self._blocks(coded) if self.unpacker else self._plain(coded)
             values = np.frombuffer(raw, dtype=kind)
         width = int(element.get("NumberOfComponents") or 1)
         return values.reshape(-1, width) if width > 1 else values
@@ -167,11 +172,20 @@ class _Arrays:
 
     def _blocks(self, coded: _Encoded) -> bytes:
         """Number of blocks, their size, that of the last, and the coded size of each; then the blocks."""
-        assert self.decompress is not None
+        assert self.unpacker is not None
         size = self.head.itemsize
         (count,) = np.frombuffer(coded.take(size)[0], dtype=self.head).tolist()
         head, rest = coded.take(size * (3 + count))
-        lengths = np.frombuffer(head, dtype=self.head)[3:].tolist()
+        _, full, last, *lengths = np.frombuffer(head, dtype=self.head).tolist()
         body, _ = rest.take(sum(lengths))
-        ends = np.cumsum([0, *lengths])
-        return b"".join(self.decompress(body[a:b]) for a, b in pairwise(ends.tolist()))
+        ends = list(accumulate([0, *lengths]))
+        sizes = ([full] * (count - 1) + [last or full])[:count]
+        return b"".join(self._block(body[a:b], size) for (a, b), size in zip(pairwise(ends), sizes, strict=True))
+
+    def _block(self, coded: bytes, size: int) -> bytes:
+        """One block, which is asked for no more than the size that the file says."""
+        assert self.unpacker is not None
+        plain = self.unpacker().decompress(coded, max(size, 1))
+        if len(plain) != size:
+            raise ValueError(f"a compressed block is not of the {size} bytes that are said")
+        return plain

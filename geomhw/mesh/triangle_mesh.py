@@ -40,7 +40,7 @@ class TriangleMesh(PolyhedralSurface):
         corners = np.array(faces)
         _check(points, corners)
         object.__setattr__(self, "vertices", frozen(points))
-        object.__setattr__(self, "faces", frozen(corners.astype(np.int32)))
+        object.__setattr__(self, "faces", frozen(corners.astype(np.int32, copy=False)))
 
     # -- sizes ---------------------------------------------------------------------------------------------------
 
@@ -189,7 +189,8 @@ def _check(vertices: Floats, faces: Ints) -> None:
         bad = int(np.argmax(outside))
         last = len(vertices) - 1
         raise MeshError(f"face {bad} names vertices {faces[bad].tolist()}, but they go from 0 to {last}")
-    if (repeated := (faces == np.roll(faces, 1, axis=1)).any(axis=1)).any():
+    a, b, c = faces.T
+    if (repeated := (a == b) | (b == c) | (c == a)).any():
         bad = int(np.argmax(repeated))
         raise MeshError(f"face {bad} names a vertex twice: {faces[bad].tolist()}; a triangle needs three")
 

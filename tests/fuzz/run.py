@@ -1,0 +1,103 @@
+"""The long fuzzing run, in tests/: ``python -m fuzz.run [--runs N] [--plain] [TARGET ...]``, by default all readers.
+
+Guided by atheris (libFuzzer) where that is installed and --plain is not given, else by chance alone. What breaks a
+reader is kept in ``build/fuzz/found``; a copy of it in ``tests/fuzz/found`` makes it a test.
+"""
+
+import argparse
+import random
+import re
+import resource
+import subprocess
+import sys
+import time
+from importlib.util import find_spec
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+CORPUS, BUILD = HERE / "corpus", HERE.parent.parent / "build" / "fuzz"
+SECONDS, MEGABYTES, LONGEST = 1, 2048, 1 << 16
+#: Readers that fork are given fewer inputs, by this factor; theirs may take the time that is their limit, too.
+FORK_COSTS, FORK_SECONDS = 20, 10
+
+
+def guided(name: str, runs: int) -> None:
+    """Hand this process to libFuzzer."""
+    import atheris
+
+    with atheris.instrument_imports(include=["geomhw"]):
+        from fuzz.targets import FORMATS, feed
+
+    grown, found = BUILD / name, BUILD / "found"
+    for folder in (grown, found):
+        folder.mkdir(parents=True, exist_ok=True)
+    seconds = FORK_SECONDS if f".{name}" in FORMATS else SECONDS
+    options = [f"-runs={runs}", f"-timeout={seconds}", f"-rss_limit_mb={MEGABYTES}", f"-max_len={LONGEST}"]
+    options += [f"-artifact_prefix={found}/{name}-", "-print_final_stats=1", "-verbosity=0", "-seed=1"]
+    atheris.Setup([sys.argv[0], *options, str(grown), str(CORPUS / name)], lambda data: feed(name, data))
+    atheris.Fuzz()
+
+
+def plain(name: str, runs: int) -> int:
+    """Mutated files by chance; how many broke the reader."""
+    from fuzz.mutations import mutated
+    from fuzz.targets import feed
+
+    seeds = [path.read_bytes() for path in sorted((CORPUS / name).iterdir())]
+    chance, broken, begun = random.Random(name), 0, time.monotonic()
+    for number in range(runs):
+        data = mutated(seeds, chance)
+        before = time.process_time()
+        try:
+            feed(name, data)
+            reason = "slow" if time.process_time() - before > SECONDS else ""
+        except Exception as error:
+            reason = type(error).__name__
+        if reason:
+            broken += 1
+            (BUILD / "found").mkdir(parents=True, exist_ok=True)
+            (BUILD / "found" / f"{name}-{reason}-{number}").write_bytes(data)
+    print(f"{name}: {runs} inputs by chance, {broken} of them break it, {time.monotonic() - begun:.0f} s", flush=True)
+    return broken
+
+
+def every(names: list[str], runs: int) -> int:
+    """All targets one after the other, each guided in a process of its own."""
+    from geomhw.io.external import FORMATS
+
+    total, failed = 0, []
+    for name in names:
+        share = runs // FORK_COSTS if f".{name}" in FORMATS else runs
+        command = [sys.executable, "-m", "fuzz.run", "--runs", str(share), "--one", name]
+        answer = subprocess.run(command, capture_output=True, text=True, errors="replace", cwd=HERE.parent)
+        done = re.search(r"number_of_executed_units: (\d+)", answer.stderr)
+        count = int(done[1]) if done else 0
+        total += count
+        if answer.returncode:
+            failed.append(name)
+            print(answer.stderr[-3000:], file=sys.stderr)
+        print(f"{name}: {count} guided inputs, exit code {answer.returncode}", flush=True)
+    print(f"{total} inputs; broken: {', '.join(failed) or 'none'}")
+    return len(failed)
+
+
+def main() -> None:
+    """Choose targets and the way of fuzzing."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("names", nargs="*", metavar="TARGET")
+    parser.add_argument("--runs", type=int, default=40_000, help="inputs a reader")
+    parser.add_argument("--plain", action="store_true", help="mutate by chance, without atheris")
+    parser.add_argument("--one", help=argparse.SUPPRESS)
+    chosen = parser.parse_args()
+    resource.setrlimit(resource.RLIMIT_AS, (4 << 30, 4 << 30))
+    if chosen.one:
+        guided(chosen.one, chosen.runs)
+        return
+    names = chosen.names or sorted(path.name for path in CORPUS.iterdir())
+    if find_spec("atheris") and not chosen.plain:
+        sys.exit(bool(every(names, chosen.runs)))
+    sys.exit(bool(sum(plain(name, chosen.runs) for name in names)))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,102 @@
+"""Every reader as a function of bytes: what it may do with them is return, or raise a GeomhwError."""
+
+import os
+import tempfile
+import warnings
+from collections.abc import Callable
+from contextlib import suppress
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+from geomhw.comparison.documents import compare_documents
+from geomhw.comparison.matrices import compare_matrices
+from geomhw.comparison.rules import Ignored, Tolerance
+from geomhw.errors import GeomhwError
+from geomhw.io import external_worker, read, read_cloud, read_field
+from geomhw.io.checkpoint import read_checkpoint
+from geomhw.io.document import read_json
+from geomhw.io.external import FORMATS, surface, understood
+from geomhw.io.image import read_png
+from geomhw.io.matrix import read_arrays
+from geomhw.io.reading import READABLE
+from geomhw.io.series import read_series
+from geomhw.io.table import read_csv
+from geomhw.mesh.triangle_mesh import TriangleMesh
+
+#: Four vertices, two faces: the mesh that fields are read for.
+SQUARE = TriangleMesh([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
+Target = Callable[[Path], Any]
+
+
+def _field(key: str) -> Target:
+    return lambda path: read_field(f"{path}{key}", SQUARE)
+
+
+def _external(path: Path) -> object:
+    """Both sides of the other process, which is a fork of this one: to start Python anew takes half a second."""
+    answer = path.with_suffix(".answer")
+    answer.write_bytes(b"")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DeprecationWarning)  # numpy's threads, which do not matter in the child
+        child = os.fork()
+    if child == 0:
+        with suppress(BaseException):
+            external_worker.limit(path.stat().st_size)
+            with answer.open("wb") as stream:
+                external_worker.respond(path, stream)
+            os._exit(0)
+        os._exit(1)
+    code = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+    return surface(path.name, "meshio", understood(code, answer.read_bytes(), external_worker.SECONDS))
+
+
+def _matrices(path: Path) -> object:
+    found = read_arrays(path)
+    return compare_matrices(found, found, Tolerance(), Ignored())
+
+
+def _document(path: Path) -> object:
+    found = read_json(path)
+    return compare_documents(found, found, Tolerance(), Ignored())
+
+
+#: Name of a target, the extension of its files, and the reader.
+TARGETS: dict[str, tuple[str, Target]] = {
+    **{extension[1:]: (extension, read) for extension in READABLE if extension not in FORMATS},
+    **{extension[1:]: (extension, _external) for extension in FORMATS},
+    "cloud": (".vtp", read_cloud),
+    "series": (".pvd", read_series),
+    "table": (".csv", read_csv),
+    "columns": (".csv", _field(":x,y")),
+    "array": (".npy", _field("")),
+    "archive": (".npz", _field(":u")),
+    "npy": (".npy", _matrices),
+    "npz": (".npz", _matrices),
+    "mtx": (".mtx", _matrices),
+    "document": (".json", _document),
+    "picture": (".png", read_png),
+    "state": (".restart.npz", read_checkpoint),
+}
+
+
+@lru_cache(maxsize=1)
+def _folder() -> tempfile.TemporaryDirectory[str]:
+    memory = "/dev/shm"
+    return tempfile.TemporaryDirectory(prefix="geomhw-fuzz-", dir=memory if os.access(memory, os.W_OK) else None)
+
+
+def feed(name: str, data: bytes) -> str | None:
+    """Give a reader these bytes as a file; the sentence with which it refused them, or None if it took them."""
+    extension, reader = TARGETS[name]
+    path = Path(_folder().name) / f"input{extension}"
+    path.write_bytes(data)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")  # what numpy warns of would stand on a user's terminal
+            reader(path)
+    except GeomhwError as error:
+        told = str(error)
+        assert "\n" not in told, told
+        return told
+    return None
