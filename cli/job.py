@@ -48,7 +48,7 @@ class Job:
         inputs: Sequence[Path] = (),
     ) -> "Job":
         """Fill in default names: without -o, ``<stem>.<command>.vtk`` and ``.png`` in the current directory."""
-        from geomhw.io import check_outputs
+        from geomhw.io import WRITABLE, check_outputs
 
         if png and no_png:
             raise click.UsageError("--png and --no-png exclude each other.")
@@ -57,7 +57,9 @@ class Job:
             outputs = [Path(f"{name}.vtk")]
             png = png or (None if no_png else Path(f"{name}.png"))
         check_outputs(outputs, [mesh_path, *inputs])
-        check_outputs([png] if png else [], [mesh_path, *inputs], extensions=[".png"])
+        if png:
+            check_outputs([png], [mesh_path, *inputs], extensions=[".png"])
+            check_outputs([*outputs, png], extensions=[*WRITABLE, ".png"])
         return cls(command, mesh_path, outputs, png, as_json, quiet)
 
     @contextmanager

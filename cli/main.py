@@ -1,6 +1,10 @@
 """The ``geomhw`` program: its commands, and the one place where an error becomes a message and an exit code."""
 
-from typing import Any
+import io
+import os
+import signal
+import sys
+from typing import Any, NoReturn
 
 import click
 
@@ -15,6 +19,9 @@ from geomhw_cli.info import info
 from geomhw_cli.operators import operators
 from geomhw_cli.trouble import Trouble
 from geomhw_cli.vecdiffuse import vecdiffuse
+
+#: What the libraries of linear algebra read, before they are loaded, for how many threads to use.
+BLAS_THREADS = [f"{name}_NUM_THREADS" for name in ("OPENBLAS", "MKL", "BLIS", "OMP")] + ["VECLIB_MAXIMUM_THREADS"]
 
 
 class Program(click.Group):
@@ -50,4 +57,24 @@ for command in (advect, compare, fluid, geodesic, helmholtz, info, operators, ve
 
 def main() -> None:
     """Entry point of the console script."""
-    program.main(prog_name="geomhw")
+    # More threads of BLAS add up in another order: the last digits would depend on the machine's cores.
+    os.environ.update(dict.fromkeys(BLAS_THREADS, "1"))
+    # kill and a closed terminal are Ctrl-C by other means: what is half written goes away.
+    for name in ("SIGTERM", "SIGHUP"):
+        number = getattr(signal, name, None)
+        if number and signal.getsignal(number) is signal.SIG_DFL:
+            signal.signal(number, _interrupt)
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):  # a terminal without Greek letters gets \u03c0 for π
+            stream.reconfigure(errors="backslashreplace")
+    try:
+        program.main(prog_name="geomhw")
+    except OSError as error:  # of what is printed; files have sentences of their own
+        about = error.filename or "standard output"
+        click.echo(f"Error: cannot write {about}: {error.strerror or error}", err=True)
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # what is left to print would fail again, with a traceback
+        sys.exit(Trouble.exit_code if sys.argv[1:2] == ["compare"] else 1)
+
+
+def _interrupt(number: int, frame: object) -> NoReturn:
+    raise KeyboardInterrupt

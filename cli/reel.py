@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 MOST_ON_SHEET = 12
 #: Tracers, at most.
 MOST_TRACERS = 10_000_000
+_INTERRUPTS = (signal.SIGINT, signal.SIGTERM)
 #: What is drawn of the frames.
 PICTURES = {"gif", "mp4", "png"}
 
@@ -54,18 +55,19 @@ def reel_options(command: Callable[..., None]) -> Callable[..., None]:
 
 @contextmanager
 def held_interrupts() -> Iterator[None]:
-    """Ctrl-C in here counts from the end of the block on, so that files that belong together all come to be."""
+    """Ctrl-C, or a signal to end, counts from the end of the block on: files that belong together all come to be."""
     if threading.current_thread() is not threading.main_thread():  # where Python allows no handlers
         yield
         return
     arrived: list[int] = []
-    former = signal.signal(signal.SIGINT, lambda number, _: arrived.append(number))
+    former = {number: signal.signal(number, lambda number, _: arrived.append(number)) for number in _INTERRUPTS}
     try:
         yield
     finally:
-        signal.signal(signal.SIGINT, former)
+        for number, handler in former.items():
+            signal.signal(number, handler)
     if arrived:
-        signal.raise_signal(signal.SIGINT)
+        signal.raise_signal(arrived[0])
 
 
 @dataclass
@@ -104,6 +106,7 @@ class Reel:
         films = {kind: path for kind, path in {"gif": gif, "mp4": mp4, "png": png, "csv": csv}.items() if path}
         for kind, path in films.items():
             check_outputs([path], taken, extensions=[f".{kind}"])
+        check_outputs([output, *films.values()], taken, extensions=[".pvd", *(f".{kind}" for kind in films)])
         series = SeriesWriter(output)
         if lost := next((path for path in taken if series.writes(path)), None):
             raise FormatError(f"cannot write {output}: a frame or index of it would be the input {lost}, and lost")
@@ -116,7 +119,7 @@ class Reel:
     @property
     def checkpoint(self) -> Path:
         """Where the state to restart from is kept."""
-        return self.series.path.with_suffix(".restart.npz")
+        return self.series.state
 
     def add(self, time: float, result: "Result", row: dict[str, float], tracers: "Cloud | None" = None) -> None:
         """Write a frame, and the table up to it."""

@@ -10,6 +10,8 @@ if TYPE_CHECKING:
     from geomhw.mesh.triangle_mesh import TriangleMesh
     from geomhw.methods.fluid.state import FlowState
 
+_ARRAYS = {"color", "rows", "frame_times"}
+
 
 def save_state(reel: Reel, mesh: "TriangleMesh", state: "FlowState", choices: dict[str, Any]) -> None:
     """Write what another run needs to go on from this state to the same numbers."""
@@ -42,6 +44,10 @@ def resumed(reel: Reel, mesh: "TriangleMesh", path: Path, choices: dict[str, Any
     from geomhw.methods.fluid.state import FlowState
 
     description, arrays = read_checkpoint(path)
+    wanted = {"run": dict, "mesh": str, "step": int, "time": float, "columns": list}
+    whole = all(isinstance(description.get(name), kind) for name, kind in wanted.items())
+    if not whole or not arrays.keys() >= _ARRAYS:
+        raise FormatError(f"{path.name} holds no state of a fluid; give the .restart.npz of an earlier run")
     ours = _run_of(choices)
     for name in sorted(description["run"].keys() | ours.keys()):
         if ours.get(name) != (value := description["run"].get(name)):

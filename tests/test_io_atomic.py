@@ -63,7 +63,7 @@ def test_a_full_disk_is_one_sentence(tmp_path, monkeypatch):
         raise OSError(errno.ENOSPC, "No space left on device", os.fspath(path))
 
     monkeypatch.setitem(write.__globals__["_WRITERS"], ".ply", full)
-    with pytest.raises(FormatError, match=r"^cannot write b\.ply: No space left on device$"):
+    with pytest.raises(FormatError, match=r"^cannot write b\.ply: No space left on device; make room, .*$"):
         write(RESULT, [tmp_path / "a.vtp", tmp_path / "b.ply"])
     assert contents(tmp_path) == {"a.vtp": b"old"}
 
@@ -73,7 +73,7 @@ def test_a_folder_that_may_not_be_written_to(tmp_path, monkeypatch):
         raise PermissionError(errno.EACCES, "Permission denied", os.fspath(path))
 
     monkeypatch.setattr(os, "open", refuse)
-    with pytest.raises(FormatError, match=r"^cannot write a\.vtp: Permission denied$"):
+    with pytest.raises(FormatError, match=r"^cannot write a\.vtp: Permission denied; write to a folder"):
         write(RESULT, tmp_path / "a.vtp")
     assert contents(tmp_path) == {}
 

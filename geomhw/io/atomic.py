@@ -1,12 +1,21 @@
 """Files that are whole or absent: written under a temporary name beside their target, then renamed."""
 
 import contextlib
+import errno
 import os
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
 from geomhw.errors import FormatError
+
+#: What to do about an error of the system.
+_ADVICE = [
+    ({errno.ENOSPC, errno.EDQUOT}, "make room, or write to another disk"),
+    ({errno.EACCES, errno.EPERM, errno.EROFS}, "write to a folder that you may write to"),
+    ({errno.EFBIG}, "raise the limit on the size of files (ulimit -f), or write to another disk"),
+    ({errno.ENOENT}, "is its folder, or that of the file it links to, still there?"),
+]
 
 
 @contextmanager
@@ -20,11 +29,11 @@ def replacing(paths: Sequence[str | Path]) -> Iterator[list[Path]]:
     ...     temporary.write_text("{}")
     """
     targets = [Path(os.path.realpath(path)) for path in paths]
-    temporaries = [_sibling(target) for target in targets]
+    temporaries = [_sibling(target, "unfinished") for target in targets]
     try:
         for target, temporary in zip(targets, temporaries, strict=True):
-            if target.is_dir():
-                raise FormatError(f"cannot write {target.name}: it is a folder")
+            if reason := why_not_written(target):
+                raise FormatError(f"cannot write {target.name}: {reason}")
             # Not tempfile, whose files only their owner may read: these bits are the ones the umask leaves.
             os.close(os.open(temporary, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
         yield temporaries
@@ -39,9 +48,26 @@ def replacing(paths: Sequence[str | Path]) -> Iterator[list[Path]]:
                 temporary.unlink()
 
 
-def _sibling(target: Path) -> Path:
-    """An unused hidden name in the same folder (rename works within a file system), with the same extension."""
-    return target.with_name(f".{target.stem[:40]}-{os.urandom(4).hex()}{target.suffix}")
+def why_not_written(path: Path) -> str:
+    """What forbids to put a file in this place, or ""; a device, say, would give way to the file."""
+    target = Path(os.path.realpath(path))
+    if target.is_dir():
+        return "it is a folder"
+    if target.is_symlink():
+        return "it is a link that leads to itself"
+    if target.exists() and not target.is_file():
+        return "it is a device or a pipe; write to a file"
+    if not target.parent.is_dir():
+        return f"there is no folder {path.parent if target.name == path.name else target.parent}"
+    return ""
+
+
+def _sibling(target: Path, what: str) -> Path:
+    """An unused hidden name in the same folder (rename works within a file system), with the same extension.
+
+    what: "unfinished" or "former"; a process that is killed leaves such a file behind, and its name says so.
+    """
+    return target.with_name(f".{target.stem[:40]}.{what}-{os.urandom(4).hex()}{target.suffix}")
 
 
 def _flush_to_disk(path: Path) -> None:
@@ -54,7 +80,7 @@ def _flush_to_disk(path: Path) -> None:
 
 def _rename_all(temporaries: Sequence[Path], targets: Sequence[Path]) -> None:
     """Rename all, or put back what was there and raise."""
-    backups = [_sibling(target) if target.exists() and len(targets) > 1 else None for target in targets]
+    backups = [_sibling(target, "former") if target.exists() and len(targets) > 1 else None for target in targets]
     done = 0
     try:
         for target, backup in zip(targets, backups, strict=True):
@@ -91,4 +117,5 @@ def _sentence(error: OSError, temporaries: Sequence[Path], targets: Sequence[Pat
         t.name for temporary, t in zip(temporaries, targets, strict=True) if error.filename == os.fspath(temporary)
     ]
     about = named or [target.name for target in targets]
-    return f"cannot write {', '.join(about)}: {error.strerror or error}"
+    advice = next((f"; {words}" for numbers, words in _ADVICE if error.errno in numbers), "")
+    return f"cannot write {', '.join(about)}: {error.strerror or error}{advice}"

@@ -1,6 +1,8 @@
 """Films from pictures: GIF by Pillow, MP4 by ffmpeg where imageio-ffmpeg brings it."""
 
+import contextlib
 import math
+import subprocess
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
@@ -63,23 +65,51 @@ def _in_few_colors(picture: Any) -> Any:
 def write_mp4(path: str | Path, images: Images, fps: float = 24.0) -> None:
     """An MP4 (H.264) of (h, w, 3) pictures; sides are made even by a row or column of the last color."""
     require_mp4()
-    import imageio_ffmpeg
-
     with replacing([path]) as (temporary,):
-        writer: Any = None
+        encoder: subprocess.Popen[bytes] | None = None
         try:
             for image in images:
                 even = np.pad(image, [(0, image.shape[0] % 2), (0, image.shape[1] % 2), (0, 0)], mode="edge")
-                if writer is None:
-                    size = (even.shape[1], even.shape[0])
-                    options = ["-map_metadata", "-1", "-fflags", "+bitexact", "-flags:v", "+bitexact", "-f", "mp4"]
-                    writer = imageio_ffmpeg.write_frames(
-                        str(temporary), size, fps=fps, quality=8, macro_block_size=2, output_params=options
-                    )
-                    writer.send(None)
-                writer.send(np.ascontiguousarray(even))
+                encoder = encoder or _encoder(temporary, even.shape[1], even.shape[0], fps)
+                assert encoder.stdin
+                try:
+                    encoder.stdin.write(even.tobytes())
+                except BrokenPipeError:  # ffmpeg has ended; why, it says below
+                    break
+            told = encoder.communicate()[1] if encoder else b""
         finally:  # ffmpeg must have ended before its file is renamed or removed
-            if writer is not None:
-                writer.close()
-        if writer is None:
+            if encoder:
+                _end(encoder)
+        if encoder is None:
             raise FormatError(f"cannot write {path}: the film has no frames")
+        if encoder.returncode:
+            raise FormatError(f"cannot write {path}: {_reason(told)}")
+
+
+def _encoder(path: Path, width: int, height: int, fps: float) -> "subprocess.Popen[bytes]":
+    """ffmpeg, which takes RGB pictures on its standard input."""
+    import imageio_ffmpeg
+
+    given = ["-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}", "-r", f"{fps:g}", "-i", "-"]
+    # One thread: with several, the bytes depend on how many processors there are.
+    coding = ["-an", "-c:v", "libx264", "-crf", "10", "-pix_fmt", "yuv420p", "-threads", "1"]
+    plain = ["-map_metadata", "-1", "-fflags", "+bitexact", "-flags:v", "+bitexact", "-f", "mp4"]
+    command = [imageio_ffmpeg.get_ffmpeg_exe(), "-y", "-v", "error", *given, *coding, *plain, str(path)]
+    # A session of its own: Ctrl-C is for this process, which ends ffmpeg itself.
+    return subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True)
+
+
+def _end(encoder: "subprocess.Popen[bytes]") -> None:
+    if encoder.poll() is None:
+        encoder.kill()
+    encoder.wait()
+    for stream in (encoder.stdin, encoder.stderr):
+        with contextlib.suppress(OSError):  # what was still to be written
+            if stream:
+                stream.close()
+
+
+def _reason(told: bytes) -> str:
+    """The last thing that ffmpeg said."""
+    lines = told.decode(errors="replace").split("\n")
+    return next((line.strip() for line in reversed(lines) if line.strip()), "ffmpeg was stopped; is the disk full?")

@@ -41,6 +41,8 @@ class SeriesWriter:
 
     def __init__(self, path: str | Path, frames: Sequence[Frame] = ()) -> None:
         self.path = Path(path)
+        if not self.path.name.isprintable():  # which goes for what is no UTF-8, too
+            raise FormatError(f"cannot write {self.path}: the name of a series stands in its index; use letters")
         self.frames = list(frames)
 
     @property
@@ -52,6 +54,11 @@ class SeriesWriter:
     def tracer_index(self) -> Path:
         """The ``.tracers.vtp.series`` file, where the frames have tracers."""
         return self.path.with_suffix(".tracers.vtp.series")
+
+    @property
+    def state(self) -> Path:
+        """Where the state to restart from is kept, of runs that keep one."""
+        return self.path.with_suffix(".restart.npz")
 
     def add(self, time: float, result: Result, tracers: Cloud | None = None) -> None:
         """Write the next frame, and the indices that name it; with tracers in all frames of the series, or in none."""
@@ -71,10 +78,16 @@ class SeriesWriter:
         self.frames = frames
 
     def writes(self, path: Path) -> bool:
-        """Whether a file is one that frames or index would be written to."""
-        frame = re.fullmatch(re.escape(self.path.stem) + r"(\.tracers)?\.\d{5,}\.vtp", path.name)
-        ours = frame or path.name in (self.path.name, self.index.name, self.tracer_index.name)
-        return bool(ours) and os.path.realpath(path.parent) == os.path.realpath(self.path.parent)
+        """Whether a file is one that frames, index or state would be written to, under whatever name."""
+        folder = self.path.parent
+        if self._is_ours(path.name) and os.path.realpath(path.parent) == os.path.realpath(folder):
+            return True
+        there = [entry.path for entry in os.scandir(folder) if self._is_ours(entry.name)] if path.exists() else []
+        return any(os.path.exists(ours) and os.path.samefile(path, ours) for ours in there)
+
+    def _is_ours(self, name: str) -> bool:
+        frame = re.fullmatch(re.escape(self.path.stem) + r"(\.tracers)?\.\d{5,}\.vtp", name)
+        return bool(frame) or name in [p.name for p in (self.path, self.index, self.tracer_index, self.state)]
 
 
 def read_series(path: str | Path) -> list[Frame]:

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from geomhw.errors import FieldError, FormatError
-from geomhw.io.atomic import replacing
+from geomhw.io.atomic import replacing, why_not_written
 from geomhw.io.ply import write_ply
 from geomhw.io.vtk import write_legacy_vtk, write_vtp, write_vtp_cloud, write_vtu
 from geomhw.results import Cloud, Result
@@ -46,8 +46,8 @@ def check_outputs(
 ) -> None:
     """FormatError where writing to ``paths`` could not end well, to be found out before hours of computing.
 
-    An extension that is not among ``extensions``, a folder that does not exist, a target that is a folder, two targets
-    that are one file, a target that is an input (under whatever name).
+    An extension that is not among ``extensions``, a folder that does not exist, a target that is a folder or a device,
+    two targets that are one file, a target that is an input (under whatever name).
     """
     for i, path in enumerate(paths):
         target = Path(path)
@@ -56,10 +56,8 @@ def check_outputs(
                 f"'{target.suffix}' is not a format that is written" if target.suffix else "the name has no extension"
             )
             raise FormatError(f"cannot write {path}: {said} here; known are {' '.join(extensions)}")
-        if target.is_dir():
-            raise FormatError(f"cannot write {path}: it is a folder")
-        if not target.parent.is_dir():
-            raise FormatError(f"cannot write {path}: there is no folder {target.parent}")
+        if reason := why_not_written(target):
+            raise FormatError(f"cannot write {path}: {reason}")
         if any(_same(path, other) for other in paths[:i]):
             raise FormatError(f"cannot write {path}: two of the outputs would be this one file")
         if clash := next((source for source in inputs if _same(path, source)), None):
