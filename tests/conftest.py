@@ -6,9 +6,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import settings
 
 from geomhw.mesh.primitives import genus_two, grid, icosphere, strip, torus
 from geomhw.mesh.triangle_mesh import TriangleMesh
+
+# The same examples every time; HYPOTHESIS_PROFILE=long looks for new ones.
+settings.register_profile("ci", derandomize=True, database=None, deadline=None, max_examples=25)
+settings.register_profile("long", derandomize=False, database=None, deadline=None, max_examples=2000)
+settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "ci"))
 
 REFERENCE = os.environ.get("GEOMHW_REFERENCE") and Path(os.environ["GEOMHW_REFERENCE"]).resolve()
 needs_reference = pytest.mark.skipif(not REFERENCE, reason="GEOMHW_REFERENCE names no folder of reference meshes")

@@ -251,6 +251,13 @@ def test_legacy_attributes_by_hand(tmp_path):
     assert result["heat"].tolist() == [1, 2, 3, 4]
 
 
+def test_an_array_named_as_a_section_is(tmp_path):
+    made = Result(MESH, [Field("METADATA", place, np.ones(4)) for place in ("mesh", "vertex", "face")])
+    made = Result(MESH, [Field("first", "vertex", np.ones(4)), *made.fields])
+    write(made, tmp_path / "moo.vtk")
+    assert_same(read(tmp_path / "moo.vtk"), made)
+
+
 def test_legacy_metadata_are_passed_over(tmp_path):
     path = tmp_path / "moo.vtk"
     metadata = "METADATA\nCOMPONENT_NAMES\nX\nY\nZ\nINFORMATION 0\n\n"

@@ -17,7 +17,7 @@ from geomhw.errors import FormatError
 from geomhw.io.atomic import replacing
 from geomhw.io.content import content
 from geomhw.io.writing import write, write_cloud
-from geomhw.io.xml_tree import parse_xml
+from geomhw.io.xml_tree import UNWRITABLE, parse_xml
 from geomhw.results import Cloud, Result
 
 #: Which part of a time step in the ``.pvd`` the tracers are.
@@ -41,7 +41,7 @@ class SeriesWriter:
 
     def __init__(self, path: str | Path, frames: Sequence[Frame] = ()) -> None:
         self.path = Path(path)
-        if not self.path.name.isprintable():  # which goes for what is no UTF-8, too
+        if UNWRITABLE.search(self.path.name):
             raise FormatError(f"cannot write {self.path}: the name of a series stands in its index; use letters")
         self.frames = list(frames)
 

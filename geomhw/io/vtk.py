@@ -10,6 +10,7 @@ from urllib.parse import quote
 import numpy as np
 from numpy.typing import NDArray
 
+from geomhw.io.xml_tree import UNWRITABLE
 from geomhw.mesh.arrays import Floats
 from geomhw.results import Cloud, Field, Location, Result
 
@@ -147,8 +148,8 @@ def _xml_array(name: str, values: NDArray[Any], tuples: bool = False) -> bytes:
 
 
 def _attribute(name: str) -> str:
-    """The name as an XML attribute, without the control characters that XML has no way to write."""
-    name = "".join(letter if letter.isprintable() else "_" for letter in name)
+    """The name as an XML attribute, without the characters that XML has no way to write there."""
+    name = UNWRITABLE.sub("_", name)
     return name.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;").replace('"', "&quot;")
 
 

@@ -94,7 +94,7 @@ class _Legacy:
     def _field(self, count: int) -> None:
         for _ in range(count):
             words = self._line()
-            while words and words[0] == "METADATA":
+            while words == ["METADATA"]:  # an array may have that name, with its sizes behind it
                 self._section(words)
                 words = self._line()
             name, width, rows, kind = words

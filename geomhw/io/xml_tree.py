@@ -1,8 +1,11 @@
 """XML as VTK writes it: elements and attributes, no document type, hence no entities that grow."""
 
+import re
 from typing import NoReturn
 from xml.etree.ElementTree import Element, TreeBuilder, XMLParser
 
+#: What does not come back from an XML attribute [XML 1.0, sec. 2.2 and 3.3.3]: control characters, half of a pair.
+UNWRITABLE = re.compile("[\x00-\x1f\ud800-\udfff\ufffe\uffff]")
 #: A VTK file has a handful of elements an array, a series one a frame; each costs a hundred bytes of memory and more.
 MOST_TAGS, LEAST_BYTES_A_TAG = 1000, 32
 
