@@ -183,9 +183,9 @@ class _Arrays:
         return b"".join(self._block(body[a:b], size) for (a, b), size in zip(pairwise(ends), sizes, strict=True))
 
     def _block(self, coded: bytes, size: int) -> bytes:
-        """One block, which is asked for no more than the size that the file says."""
+        """One block, unpacked no further than the size that the file says."""
         assert self.unpacker is not None
-        plain = self.unpacker().decompress(coded, max(size, 1))
+        plain = self.unpacker().decompress(coded, size + 1)
         if len(plain) != size:
             raise ValueError(f"a compressed block is not of the {size} bytes that are said")
         return plain
