@@ -24,6 +24,8 @@ COMMANDS = [
     "geodesic torus.ply --source 5 -o g.vtk -o g.vtp -o g.vtu -o g.ply --json",
     "geodesic torus.ply --robust -o robust.vtp --json",
     "geodesic torus.ply --refine --time h2 -o refined.vtp --json",
+    "geodesic torus.ply --source 1-9 --robust --solver multigrid -o multigrid.vtp --json",
+    "info torus.ply --check --json",
     "vecdiffuse torus.ply --source 3 --source 40 --dt h2 --dt 0.1 -o v.ply --json",
     "vecdiffuse torus.ply --robust -o vr.vtp --json",
     "vecdiffuse torus.ply --connection intrinsic -o vi.vtp --json",
