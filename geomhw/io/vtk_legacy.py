@@ -153,6 +153,8 @@ class _Legacy:
 
 def _counted(flat: Ints, count: int, kind: int) -> Cells:
     """Cells that each start with their number of corners."""
+    if count > len(flat):
+        raise ValueError(f"{count} cells in {len(flat)} numbers")
     width = len(flat) // count if count else 0
     if width * count == len(flat) and np.all(flat[:: max(width, 1)] == width - 1):
         return Cells(flat.reshape(count, width)[:, 1:].ravel(), np.full(count, width - 1), np.full(count, kind))

@@ -4,6 +4,7 @@ import numpy as np
 
 from geomhw.mesh.arrays import Floats, Ints
 from geomhw.mesh.polyhedral import PolyhedralSurface
+from geomhw.mesh.topology import counting_order
 
 
 def edge_path_distance(mesh: PolyhedralSurface, sources: Ints, start: Floats | None = None) -> Floats:
@@ -11,21 +12,18 @@ def edge_path_distance(mesh: PolyhedralSurface, sources: Ints, start: Floats | N
 
     start: (n,), how long paths are already at the sources; by default 0.
     """
-    from scipy.sparse import coo_array
+    from scipy.sparse import csr_array
     from scipy.sparse.csgraph import dijkstra
 
-    # Of several edges between the same vertices the shortest counts; a sparse matrix would add them up.
-    order = np.lexsort((mesh.edge_lengths, *mesh.edges.T))
-    ends = mesh.edges[order]
-    shortest = np.any(np.diff(ends, axis=0, prepend=-1), axis=1)
-    i, j = ends[shortest].T
-    n = mesh.n_vertices
-    lengths = mesh.edge_lengths[order][shortest]
-    first = np.asarray(sources)
+    n, first = mesh.n_vertices, np.asarray(sources)
+    (i, j), lengths = mesh.edges.T, mesh.edge_lengths
     if start is not None and start[first].any():
         # One more vertex, from which all paths start.
-        i, j, lengths = np.append(i, np.full(len(first), n)), np.append(j, first), np.append(lengths, start[first])
-        first = np.array([n])
-    graph = coo_array((lengths, (i, j)), shape=(n + 1, n + 1)).tocsr()
+        i, j = np.append(i, np.full(len(first), n)), np.append(j, first)
+        lengths, first = np.append(lengths, start[first]), np.array([n])
+    # Several edges between two vertices stay several entries: the shortest counts.
+    order = counting_order(i)
+    starts = np.append(0, np.cumsum(np.bincount(i, minlength=n + 1)))
+    graph = csr_array((lengths[order], j[order], starts), shape=(n + 1, n + 1))
     distances: Floats = dijkstra(graph, directed=False, indices=first, min_only=True)
     return distances[:n]

@@ -58,7 +58,7 @@ class IntrinsicMesh(PolyhedralSurface):
         x, y = geometry.apex(base, left, right)
         corners = np.zeros((self.n_faces, 3, 3))
         corners[:, 0, 0], corners[:, 0, 1], corners[:, 2, 0] = x, y, base
-        return frozen(np.roll(corners, -2, axis=1) - np.roll(corners, -1, axis=1))
+        return frozen(geometry.between_corners(corners))
 
     @cached_property
     def degenerate_faces(self) -> Ints:

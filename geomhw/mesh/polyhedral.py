@@ -56,18 +56,19 @@ class PolyhedralSurface(ABC):
         return len(self.faces)
 
     @cached_property
-    def _area_vectors(self) -> Floats:
+    def area_vectors(self) -> Floats:
+        """Normals times twice the areas, (m, 3), right-handed."""
         return frozen(geometry.area_vectors(self.opposite_edges))
 
     @cached_property
     def face_areas(self) -> Floats:
         """Areas, (m,)."""
-        return frozen(np.linalg.norm(self._area_vectors, axis=1) / 2)
+        return frozen(geometry.lengths(self.area_vectors) / 2)
 
     @cached_property
     def face_normals(self) -> Floats:
         """Unit normals, (m, 3), right-handed; zero on a face without area."""
-        return frozen(geometry.unit(self._area_vectors))
+        return frozen(geometry.unit(self.area_vectors))
 
     @cached_property
     def angles(self) -> Floats:

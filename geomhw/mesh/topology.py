@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from geomhw.mesh import geometry
 from geomhw.mesh.arrays import Floats, Ints, frozen
 
 
@@ -29,16 +30,32 @@ def halfedges(faces: Ints) -> Ints:
 
 
 def unique_edges(faces: Ints) -> Edges:
-    """Edges of a triangle mesh by sorting its halfedges."""
-    directed = halfedges(faces).reshape(-1, 2).astype(np.int64)
-    span = np.int64(faces.max(initial=0)) + 1
-    keys, of_faces, counts = np.unique(
-        directed.min(axis=1) * span + directed.max(axis=1), return_inverse=True, return_counts=True
-    )
-    upward = np.where(directed[:, 0] < directed[:, 1], 1, -1)
-    sums = np.bincount(of_faces.ravel(), weights=upward, minlength=len(keys)).astype(np.int64)
-    pairs = np.stack([keys // span, keys % span], axis=1).astype(faces.dtype)
-    return Edges(frozen(pairs), frozen(of_faces.reshape(-1, 3)), frozen(counts), frozen(sums))
+    """Edges of a triangle mesh by sorting its halfedges, in time proportional to their number."""
+    a, b, c = faces.T
+    starts, ends = np.stack([b, c, a], axis=1).ravel(), np.stack([c, a, b], axis=1).ravel()
+    low, high = np.minimum(starts, ends), np.maximum(starts, ends)
+    order = counting_order(high)
+    order = order[counting_order(low[order])]
+    i, j = low[order], high[order]
+    new = np.ones(len(order), dtype=bool)
+    new[1:] = (i[1:] != i[:-1]) | (j[1:] != j[:-1])
+    first = np.flatnonzero(new)
+    of_faces = np.empty(len(order), dtype=np.int64)
+    of_faces[order] = np.cumsum(new) - 1
+    counts = np.diff(first, append=len(order))
+    upward = np.add.reduceat((starts < ends)[order], first, dtype=np.int64)
+    vertices = np.stack([i[first], j[first]], axis=1)
+    return Edges(frozen(vertices), frozen(of_faces.reshape(-1, 3)), frozen(counts), frozen(2 * upward - counts))
+
+
+def counting_order(keys: Ints) -> Ints:
+    """Stable ``argsort`` of whole numbers from 0 that are not much larger than there are keys, in linear time."""
+    from scipy.sparse import csr_array
+
+    # Transposing a matrix with one entry a row is a counting sort of their columns.
+    size = len(keys)
+    entries = (np.ones(size, dtype=np.int8), keys, np.arange(size + 1))
+    return np.asarray(csr_array(entries, shape=(size, int(keys.max(initial=-1)) + 1)).tocsc().indices)
 
 
 def vertex_components(edges: Ints, size: int) -> Ints:
@@ -89,13 +106,13 @@ def _walk(border: list[list[int]], onward: dict[int, list[int]], unused: list[bo
 
 def edge_lengths(vertices: Floats, edges: Ints) -> Floats:
     """Lengths, (e,)."""
-    lengths: Floats = np.linalg.norm(vertices[edges[:, 1]] - vertices[edges[:, 0]], axis=1)
-    return lengths
+    start, end = np.take(vertices, edges.T, axis=0)
+    return geometry.lengths(end - start)
 
 
 def inner_pairs(edges: Edges) -> tuple[Ints, Ints, Ints]:
     """The two sides 3f+k of each edge that has exactly two, (i,) each, and whether these run along it the same way."""
-    order = np.argsort(edges.of_faces.ravel(), kind="stable")
+    order = counting_order(edges.of_faces.ravel())
     inner = edges.face_counts == 2
     starts = (np.cumsum(edges.face_counts) - edges.face_counts)[inner]
     return order[starts], order[starts + 1], edges.orientation_sums[inner] != 0
@@ -128,9 +145,14 @@ def is_orientable(edges: Edges) -> bool:
 
 def duplicate_faces(edges: Edges) -> Ints:
     """Faces with the vertices of an earlier one, in whatever order, and the first such, (k, 2), ascending."""
-    low, high = edges.of_faces.min(axis=1).astype(np.int64), edges.of_faces.max(axis=1)
+    a, b, c = edges.of_faces.T
+    low, high = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
     # Two edges make a triangle.
-    _, first, same = np.unique(low * len(edges.vertices) + high, return_index=True, return_inverse=True)
+    keys = low * len(edges.vertices) + high
+    ordered = np.sort(keys)
+    if not (ordered[1:] == ordered[:-1]).any():
+        return np.empty((0, 2), dtype=np.int64)
+    _, first, same = np.unique(keys, return_index=True, return_inverse=True)
     firsts = first[same.ravel()]
     copies = np.flatnonzero(firsts != np.arange(len(low)))
     return np.stack([copies, firsts[copies]], axis=1)

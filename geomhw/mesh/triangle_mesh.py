@@ -84,7 +84,7 @@ class TriangleMesh(PolyhedralSurface):
         they agree round each vertex, and those of two neighbors may be of two minds: see ``edge_signs``.
         """
         signs = self.corner_signs
-        corners = [geometry.corner_sum(signs * x[:, None], self.faces, self.n_vertices) for x in self._area_vectors.T]
+        corners = [geometry.corner_sum(signs * x[:, None], self.faces, self.n_vertices) for x in self.area_vectors.T]
         sums = np.stack(corners, axis=1)
         total = geometry.corner_sum(2 * self.face_areas, self.faces, self.n_vertices)
         sums[np.linalg.norm(sums, axis=1) <= CANCELED * total] = 0.0
@@ -139,7 +139,7 @@ class TriangleMesh(PolyhedralSurface):
     @cached_property
     def degenerate_faces(self) -> Ints:
         """Faces without area, as far as the coordinates' rounding can tell, ascending."""
-        return frozen(geometry.degenerate_faces(self.vertices, self.faces, self.opposite_edges))
+        return frozen(geometry.degenerate_faces(self.vertices, self.faces, self.opposite_edges, 2 * self.face_areas))
 
     @cached_property
     def duplicate_faces(self) -> Ints:

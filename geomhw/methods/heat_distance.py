@@ -14,17 +14,17 @@ from geomhw.errors import ConvergenceError
 from geomhw.mesh.arrays import Floats, Ints
 from geomhw.mesh.curvature import angle_defects
 from geomhw.mesh.distances import edge_path_distance
-from geomhw.mesh.geometry import unit
+from geomhw.mesh.geometry import lengths, unit
 from geomhw.mesh.orientation import distinct
 from geomhw.mesh.polyhedral import PolyhedralSurface
 from geomhw.mesh.robust import RobustTriangulation
 from geomhw.mesh.triangle_mesh import TriangleMesh
-from geomhw.methods.heat_flow import Boundary, HeatFlow
+from geomhw.methods.heat_flow import REMEDY, Boundary, HeatFlow
 from geomhw.methods.several_sources import chord_to_nearest, held_distance, known_distances, source_heat
 from geomhw.methods.sources import Sources, vertex_sources
 from geomhw.methods.time_step import TimeStep
 from geomhw.methods.unfolding import Unfolding
-from geomhw.operators.gradient import divergence_of, hat_gradients
+from geomhw.operators.gradient import divergence_of, gradient_of
 from geomhw.results import Field, Result
 from geomhw.solvers.choice import LaplaceSolver, SolverName, iterates
 from geomhw.solvers.grounding import balanced, free_unknowns
@@ -69,8 +69,8 @@ class HeatDistance:
         self.robust = RobustTriangulation.of(single) if robust else None
         self._domain = self.robust.surface if self.robust else single
         self._flow = HeatFlow(self._domain, time, boundary, single.boundary_vertices, solver)
-        self._own_hats = hat_gradients(mesh, zero_without_area=robust)
-        self._hats = self._own_hats if self._domain is mesh else hat_gradients(self._domain)
+        if not robust:
+            mesh.require_area(REMEDY)
 
     @property
     def time(self) -> TimeStep:
@@ -107,24 +107,27 @@ class HeatDistance:
         mesh = self.mesh
         wanted = sources[sources.distinct()[0]]
         impulse = source_heat(self._flow, wanted)
-        heat = self._flow.from_impulse(impulse)
-        reached = self._flow.reached(impulse)
         start = known_distances(mesh, wanted)
-        directions = _directions(self._domain, self._hats, heat, wanted.vertices)
-        spread = divergence_of(self._domain, directions, self._hats)
-        distance, raised = self._bounded(self._distance(spread, wanted, start, reached), wanted, start)
+        paths = edge_path_distance(self._domain, np.flatnonzero(np.isfinite(start)), start)
+        heat = self._flow.from_impulse(impulse, None if len(wanted.within_faces) else paths)
+        reached = self._flow.reached(impulse)
+        directions = _directions(self._domain, heat, wanted.vertices)
+        spread = divergence_of(self._domain, directions)
+        distance, raised = self._bounded(self._distance(spread, wanted, start, reached), wanted, start, paths)
         if self._refine:
             # A face that holds a source is one of the mesh, and may be none of another triangulation.
             unfold = self._unfolding_of_mesh if self.robust and len(wanted.within_faces) else self._unfolding
             chord = chord_to_nearest(mesh, wanted, np.arange(mesh.n_vertices))
             distance, raised = np.maximum(unfold(start, distance), chord), {}
+        if self._domain is not mesh:
+            directions = _directions(mesh, heat, wanted.vertices)
         u = heat.plain
         fields = [
             Field("heat", "vertex", u),
             Field("divergence", "vertex", spread),
             Field("distance", "vertex", distance),
-            Field("heat_gradient", "face", _combined(u[mesh.faces], self._own_hats)),
-            Field("direction", "face", _directions(mesh, self._own_hats, heat, wanted.vertices)),
+            Field("heat_gradient", "face", gradient_of(mesh, u[mesh.faces], zero_without_area=True)),
+            Field("direction", "face", directions),
         ]
         return Result(mesh, fields, self._report(wanted, distance) | raised)
 
@@ -144,10 +147,12 @@ class HeatDistance:
         phi[~reached] = np.inf
         return phi
 
-    def _bounded(self, distance: Floats, sources: Sources, start: Floats) -> tuple[Floats, dict[str, Any]]:
+    def _bounded(
+        self, distance: Floats, sources: Sources, start: Floats, paths: Floats
+    ) -> tuple[Floats, dict[str, Any]]:
         """No longer than the shortest path along edges; and where the method errs below zero, as it can beside a
         source, no shorter than the chord: the report says at how many vertices, and how far below."""
-        distance = np.minimum(distance, edge_path_distance(self._domain, np.flatnonzero(np.isfinite(start)), start))
+        distance = np.minimum(distance, paths)
         low = (distance <= 0) & (start > 0)
         if not low.any():
             return distance, {}
@@ -177,26 +182,28 @@ class HeatDistance:
         }
 
 
-def _slopes(surface: PolyhedralSurface, hats: Floats, heat: LogValues) -> Floats:
-    """∇u per face, (m, 3), each up to a positive factor of its own: u is scaled face by face to order one."""
-    corners = heat.log[surface.faces]
-    largest = corners.max(axis=1, keepdims=True)
-    warm = np.isfinite(largest)
-    relative = np.exp(np.where(warm, corners - np.where(warm, largest, 0.0), -np.inf))
-    return _combined(heat.sign[surface.faces] * relative, hats)
-
-
-def _directions(surface: PolyhedralSurface, hats: Floats, heat: LogValues, vertices: Ints) -> Floats:
+def _directions(surface: PolyhedralSurface, heat: LogValues, vertices: Ints) -> Floats:
     """-∇u/|∇u| per face, (m, 3); zero where u is flat but for rounding, as between three source vertices."""
-    slopes = _slopes(surface, hats, heat)
-    flat = np.linalg.norm(slopes, axis=1) * np.sqrt(surface.face_areas) < LEVEL
-    slopes[flat | np.isin(surface.faces, vertices).all(axis=1)] = 0.0
+    slopes = _slopes(surface, heat)
+    flat = lengths(slopes) * np.sqrt(surface.face_areas) < LEVEL
+    named = np.zeros(surface.n_vertices, dtype=bool)
+    named[vertices] = True
+    slopes[flat | named[surface.faces].all(axis=1)] = 0.0
     return unit(-slopes)
 
 
-def _combined(corners: Floats, hats: Floats) -> Floats:
-    """Σ_k u_k ∇φ_k per face, (m, 3), from u at the corners, (m, 3)."""
-    return np.asarray(np.einsum("fk,fkx->fx", corners, hats))
+def _slopes(surface: PolyhedralSurface, heat: LogValues) -> Floats:
+    """∇u per face, (m, 3), each up to a positive factor of its own: u is scaled face by face to order one."""
+    corners = heat.log[surface.faces]
+    a, b, c = corners.T
+    largest = np.maximum(np.maximum(a, b), c)
+    warm = np.isfinite(largest)
+    if not warm.all():
+        corners[~warm], largest[~warm] = -np.inf, 0.0
+    relative = np.exp(corners - largest[:, None])
+    if (heat.sign != 1).any():
+        relative *= heat.sign[surface.faces]
+    return gradient_of(surface, relative, zero_without_area=True)
 
 
 def heat_distance(

@@ -82,14 +82,15 @@ class HeatFlow:
         """Mask, (n,), of the vertices on a component where the impulse is not zero."""
         return np.isin(self.mesh.components, self.mesh.components[np.flatnonzero(impulse)])
 
-    def from_impulse(self, impulse: Floats) -> LogValues:
+    def from_impulse(self, impulse: Floats, paths: Floats | None = None) -> LogValues:
         """u for u0 = impulse, (n,), zero but at the sources; in logarithms, so that it does not fade with distance.
 
-        FieldError where all sources are on a rim that is kept cold.
+        paths: `edge_path_distance` from there, if it is known. FieldError where all sources are on a rim that is kept
+        cold.
         """
         insulated = cold = None
         if self.boundary != "dirichlet":
-            insulated = self._decaying(impulse, self.reached(impulse), self.surface)
+            insulated = self._decaying(impulse, self.reached(impulse), self.surface, paths)
         if self.boundary != "neumann":
             inner = np.where(self._inside, impulse, 0.0)
             if self.boundary == "dirichlet" and not inner.any():
@@ -101,13 +102,21 @@ class HeatFlow:
             return insulated or cold or LogValues.of(impulse)
         return insulated.mean_with(cold)
 
-    def _decaying(self, impulse: Floats, there: NDArray[np.bool_], free: NDArray[np.bool_]) -> LogValues:
+    def _decaying(
+        self, impulse: Floats, there: NDArray[np.bool_], free: NDArray[np.bool_], paths: Floats | None = None
+    ) -> LogValues:
         """The solution on the part of the mesh where heat comes; zero where it is not free to be else."""
+
+        def travel() -> Floats:
+            """How far heat has come, in lengths √t."""
+            known = edge_path_distance(self.mesh, np.flatnonzero(impulse)) if paths is None else paths
+            return np.asarray(known[where] / np.sqrt(self.time.t))
+
         where = np.flatnonzero(there)
         if self._iterates and len(where):
             try:
                 A = self.matrix if len(where) == len(there) else self.matrix[where][:, where]
-                return self._elsewhere_none(solve_by_sweeps(A, impulse[where], self._travel(impulse)[where]), where)
+                return self._elsewhere_none(solve_by_sweeps(A, impulse[where], travel()), where)
             except ConvergenceError:
                 if self.solver == "multigrid":
                     raise
@@ -117,11 +126,7 @@ class HeatFlow:
         if in_reach(u[there]):
             return LogValues.of(u)
         A = self.matrix[where][:, where]
-        return self._elsewhere_none(solve_decaying(A, impulse[where], u[where], self._travel(impulse)[where]), where)
-
-    def _travel(self, impulse: Floats) -> Floats:
-        """How far heat has come at each vertex, (n,), in lengths √t."""
-        return edge_path_distance(self.mesh, np.flatnonzero(impulse)) / np.sqrt(self.time.t)
+        return self._elsewhere_none(solve_decaying(A, impulse[where], u[where], travel()), where)
 
     def _elsewhere_none(self, part: LogValues, where: Ints) -> LogValues:
         heat = LogValues.of(np.zeros(self.mesh.n_vertices))

@@ -9,6 +9,7 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from geomhw.mesh.arrays import Floats, Ints
+from geomhw.mesh.geometry import lengths
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.methods.heat_flow import HeatFlow
 from geomhw.methods.sources import Sources
@@ -67,7 +68,10 @@ def held_distance(flow: HeatFlow, spread: Floats, start: Floats, reached: Ints) 
 
 def chord_to_nearest(mesh: TriangleMesh, sources: Sources, vertices: Ints) -> Floats:
     """Straight through space from these vertices to the nearest source, (k,): no path on the surface is shorter."""
-    return np.asarray(KDTree(sources.positions(mesh)).query(mesh.vertices[vertices])[0])
+    places = sources.positions(mesh)
+    if len(places) == 1:
+        return lengths(mesh.vertices[vertices] - places)
+    return np.asarray(KDTree(places).query(mesh.vertices[vertices])[0])
 
 
 def _chords(mesh: TriangleMesh, sources: Sources, vertices: Ints) -> Floats:

@@ -4,22 +4,19 @@ import numpy as np
 import scipy.sparse as sp
 
 from geomhw.mesh.arrays import Floats
-from geomhw.mesh.geometry import corner_sum
+from geomhw.mesh.geometry import corner_sum, cross
 from geomhw.mesh.polyhedral import PolyhedralSurface
 
 
-def hat_gradients(mesh: PolyhedralSurface, zero_without_area: bool = False) -> Floats:
+def hat_gradients(mesh: PolyhedralSurface) -> Floats:
     """Gradient of each corner's hat function, (m, 3, 3), units 1/length: ``[f, k]`` is n x e_k / 2A on face f.
 
-    In the axes of ``opposite_edges``: the world's for a `TriangleMesh`, the face's own for an `IntrinsicMesh`. A face
-    without area has none: MeshError, or zero if that is asked for.
+    In the axes of ``opposite_edges``: the world's for a `TriangleMesh`, the face's own for an `IntrinsicMesh`.
+    MeshError if a face has no area.
     """
-    if not zero_without_area:
-        mesh.require_area()
-    doubled_areas = 2 * mesh.face_areas
-    doubled_areas[mesh.degenerate_faces] = np.inf
+    mesh.require_area()
     turned = np.cross(mesh.face_normals[:, None, :], mesh.opposite_edges)
-    return np.asarray(turned / doubled_areas[:, None, None])
+    return np.asarray(turned / (2 * mesh.face_areas)[:, None, None])
 
 
 def gradient(mesh: PolyhedralSurface) -> sp.csr_array:
@@ -43,11 +40,22 @@ def divergence(mesh: PolyhedralSurface) -> sp.csr_array:
     return (gradient(mesh).T * -np.repeat(mesh.face_areas / mesh.sheets, 3)).tocsr()
 
 
-def divergence_of(mesh: PolyhedralSurface, field: Floats, hats: Floats | None = None) -> Floats:
-    """`divergence` applied to one face field, (m, 3), without the matrix: (n,), units of the field times length.
+def gradient_of(mesh: PolyhedralSurface, corners: Floats, zero_without_area: bool = False) -> Floats:
+    """Gradient on each face, (m, 3), of the linear function with these values at its corners, (m, 3).
 
-    hats: `hat_gradients` of the mesh, if they are there already.
+    `gradient` without the matrix, and continuous nowhere: corners of one vertex may differ. A face without area has
+    none: MeshError, or zero if that is asked for.
     """
-    hats = hat_gradients(mesh) if hats is None else hats
-    shares = np.einsum("fkx,fx,f->fk", hats, field, -mesh.face_areas / mesh.sheets)
-    return corner_sum(shares, mesh.faces, mesh.n_vertices)
+    if not zero_without_area:
+        mesh.require_area()
+    doubled_areas = 2 * mesh.face_areas
+    doubled_areas[mesh.degenerate_faces] = np.inf
+    along = np.einsum("fk,fkx->fx", corners, mesh.opposite_edges)
+    return cross(mesh.face_normals / doubled_areas[:, None], along)
+
+
+def divergence_of(mesh: PolyhedralSurface, field: Floats) -> Floats:
+    """`divergence` applied to one face field, (m, 3), without the matrix: (n,), units of the field times length."""
+    # ∇φ_k · X 2A = (n x e_k) · X = (X x n) · e_k
+    turned = cross(field, mesh.face_normals * (-0.5 / mesh.sheets))
+    return corner_sum(np.einsum("fkx,fx->fk", mesh.opposite_edges, turned), mesh.faces, mesh.n_vertices)
