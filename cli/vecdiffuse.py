@@ -62,6 +62,7 @@ if TYPE_CHECKING:
     "each vertex stretched to a full turn.",
 )
 @options.robust_option
+@options.solver_option
 @options.output_option
 @options.png_option
 @options.no_png_option
@@ -76,6 +77,7 @@ def vecdiffuse(
     times: tuple[str, ...],
     connection: str,
     robust: bool,
+    solver: Any,
     outputs: tuple[Path, ...],
     png: Path | None,
     no_png: bool,
@@ -115,7 +117,7 @@ def vecdiffuse(
     with job.stage("compute"):
         where = sources.on(mesh)
         start = _vectors(mesh, where, vectors, angles, seeds)
-        result = transport_over_times(mesh, where, start, times or ("auto",), connection, robust)  # type: ignore[arg-type]
+        result = transport_over_times(mesh, where, start, times or ("auto",), connection, robust, solver)  # type: ignore[arg-type]
     job.write(result, transport_picture)
     report = result.report
     lines = [source_line(report["sources"])]

@@ -107,21 +107,27 @@ def _magnitude(*arrays: NDArray[Any]) -> float:
     """The largest finite magnitude."""
     tops = []
     for array in arrays:
-        size = np.abs(array.astype(np.complex128 if array.dtype.kind == "c" else np.float64))
+        size = np.abs(_doubled(array, array.dtype.kind == "c"))
         tops.append(float(size.max(initial=0.0, where=np.isfinite(size))))
     return max(tops)
 
 
 def _deviation(a: NDArray[Any], b: NDArray[Any], exact: bool) -> NDArray[np.float64]:
     """|a - b|; zero where both are the same infinity or NaN, infinite where only one of them is finite."""
-    wide = np.complex128 if "c" in (a.dtype.kind, b.dtype.kind) else np.float64
-    x, y = a.astype(wide), b.astype(wide)
+    wide = "c" in (a.dtype.kind, b.dtype.kind)
+    x, y = _doubled(a, wide), _doubled(b, wide)
     with np.errstate(invalid="ignore", over="ignore"):
         apart = np.abs(x - y)
     if exact:  # doubles run out of whole numbers at 2^53
         return np.where(a == b, 0.0, np.maximum(apart, 1.0))
     equal = (x == y) | (np.isnan(x) & np.isnan(y))
     return np.where(equal, 0.0, np.where(np.isfinite(x) & np.isfinite(y), apart, np.inf))
+
+
+def _doubled(array: NDArray[Any], wide: bool) -> NDArray[Any]:
+    """In double precision, complex if wide; a signaling NaN, which numpy would warn of, is a NaN as any other."""
+    with np.errstate(invalid="ignore"):
+        return array.astype(np.complex128 if wide else np.float64)
 
 
 def _compare_texts(name: str, location: str, a: NDArray[Any], b: NDArray[Any], numbers: list[bool]) -> Finding:

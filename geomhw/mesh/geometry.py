@@ -3,6 +3,8 @@
 Corner k of a face is its k-th vertex; edge k is the one opposite corner k, from corner k+1 to corner k+2.
 """
 
+from functools import reduce
+
 import numpy as np
 
 from geomhw.mesh.arrays import Floats, Ints
@@ -65,14 +67,13 @@ def degenerate_faces(vertices: Floats, faces: Ints, edges: Floats, doubled_areas
 
 
 def _largest(rows: Floats) -> Floats:
-    """The largest of each row of three, (k,): by columns, which is many times as fast."""
-    a, b, c = rows.T
-    return np.asarray(np.maximum(np.maximum(a, b), c))
+    """The largest of each row of a few, (k,): by columns, which is many times as fast."""
+    return np.asarray(reduce(np.maximum, rows.T))
 
 
 def unit(vectors: Floats) -> Floats:
-    """Vectors, (..., 3), scaled to length one; zero stays zero. No square under- or overflows."""
-    rows = vectors.reshape(-1, 3)
+    """Vectors, (..., d), scaled to length one; zero stays zero. No square under- or overflows."""
+    rows = vectors.reshape(-1, vectors.shape[-1])
     largest = _largest(np.abs(rows))
     scaled = rows / np.where(largest > 0, largest, 1.0)[:, None]
     length = lengths(scaled)

@@ -4,6 +4,7 @@ from functools import cached_property
 from typing import Any, Literal, get_args
 
 import numpy as np
+import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from geomhw.errors import ConvergenceError, FieldError
@@ -15,8 +16,8 @@ from geomhw.methods.time_step import time_step
 from geomhw.operators.laplacian import lumped_mass, stiffness
 from geomhw.solvers.choice import SolverName, iterates
 from geomhw.solvers.direct import DirectSolver
-from geomhw.solvers.sweeps import solve_by_sweeps
-from geomhw.solvers.wavefront import LogValues, in_reach, solve_decaying
+from geomhw.solvers.sweeps import solve_by_sweeps, solve_scaled_by_sweeps
+from geomhw.solvers.wavefront import LogValues, in_reach, solve_decaying, solve_scaled
 
 #: What to do about a face without area, for whoever asked for heat.
 REMEDY = "collapse it, remove it, or compute with --robust (robust=True)"
@@ -49,7 +50,7 @@ class HeatFlow:
             )
         self.mesh = mesh
         self.solver = solver
-        self._iterates = iterates(solver, mesh.n_vertices)
+        self.iterates = iterates(solver, mesh.n_vertices)
         self.time = time_step(time, mesh.mean_edge_length)
         self.stiffness = stiffness(mesh)
         self.surface = np.ones(mesh.n_vertices, dtype=bool)
@@ -113,20 +114,31 @@ class HeatFlow:
             return np.asarray(known[where] / np.sqrt(self.time.t))
 
         where = np.flatnonzero(there)
-        if self._iterates and len(where):
+        if self.iterates and len(where):
             try:
                 A = self.matrix if len(where) == len(there) else self.matrix[where][:, where]
                 return self._elsewhere_none(solve_by_sweeps(A, impulse[where], travel()), where)
             except ConvergenceError:
                 if self.solver == "multigrid":
                     raise
-                self._iterates = False
+                self.iterates = False
         with np.errstate(under="ignore"):
             u = self._solver(free is self.surface)(impulse)
         if in_reach(u[there]):
             return LogValues.of(u)
         A = self.matrix[where][:, where]
         return self._elsewhere_none(solve_decaying(A, impulse[where], u[where], travel()), where)
+
+    def scaled(self, matrix: sp.csr_array, rhs: NDArray[Any], potential: Floats) -> NDArray[Any]:
+        """v = exp(p) u for A u = b, as `wavefront.solve_scaled`, where b diffuses as heat does and p = -log of that."""
+        if self.iterates:
+            try:
+                return solve_scaled_by_sweeps(matrix, rhs, potential)
+            except ConvergenceError:
+                if self.solver == "multigrid":
+                    raise
+                self.iterates = False
+        return solve_scaled(matrix, rhs, potential)
 
     def _elsewhere_none(self, part: LogValues, where: Ints) -> LogValues:
         heat = LogValues.of(np.zeros(self.mesh.n_vertices))

@@ -6,9 +6,11 @@ frame at each vertex, so that one n x n Hermitian system stands for the 3n x 3n 
 
 from collections.abc import Sequence
 from functools import cached_property
+from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+import scipy.sparse as sp
+from numpy.typing import ArrayLike, NDArray
 
 from geomhw.mesh.arrays import Floats, Ints
 from geomhw.mesh.orientation import distinct, two_sided_cover
@@ -28,16 +30,18 @@ from geomhw.operators.connection import (
 )
 from geomhw.operators.laplacian import lumped_mass
 from geomhw.results import Field, Result
+from geomhw.solvers.choice import SolverName
 from geomhw.solvers.direct import DirectSolver
-from geomhw.solvers.wavefront import LogValues, in_reach, solve_scaled
+from geomhw.solvers.wavefront import LogValues, in_reach
 
 
 class VectorHeat:
     """Vector heat method for one mesh, time and connection: factors on first use, then answers any sources.
 
     time: as in `time_step`. connection: ``normals`` or ``intrinsic``, see `edge_transport`. robust: compute on the
-    mesh's `RobustTriangulation`, with the normals of its vertices. MeshError if a face has no area and that is not
-    asked for or, for ``intrinsic``, the mesh is no manifold; FieldError for ``intrinsic`` and robust at once.
+    mesh's `RobustTriangulation`, with the normals of its vertices. solver: as in `HeatDistance`, where ``multigrid``
+    means sweeps that follow the heat here. MeshError if a face has no area and robust is not asked for or, for
+    ``intrinsic``, the mesh is no manifold; FieldError for ``intrinsic`` and robust at once.
 
     Faces need not agree on what is up: all is done on the `two_sided_cover`, with the same vector at both vertices of
     one place where the surface is one-sided.
@@ -54,13 +58,14 @@ class VectorHeat:
         time: str | float = "auto",
         connection: Connection = "normals",
         robust: bool = False,
+        solver: SolverName = "auto",
     ) -> None:
         self.mesh = mesh
         self.connection = connection
         self._cover = cover = two_sided_cover(mesh)
         self.robust = RobustTriangulation.of(cover) if robust else None
         surface = self.robust.surface if self.robust else None
-        self._flow = HeatFlow(surface or cover, time, solver="direct")
+        self._flow = HeatFlow(surface or cover, time, solver=solver)
         K = complex_connection_stiffness(cover, connection, surface)
         self._matrix = (lumped_mass(surface or cover) + self.time.t * K).tocsr()
 
@@ -136,6 +141,7 @@ class VectorHeat:
             "connection": self.connection,
             "time": self.time.report(self._flow.mesh.mean_edge_length),
             "unreachable_vertices": int(np.count_nonzero(unreached)),
+            "solver": "multigrid" if self._flow.iterates else "direct",
             **({"robust": self.robust.report()} if self.robust else {}),
             **self._crossings,
         }
@@ -168,13 +174,13 @@ class VectorHeat:
     def _spread(self, y0: Complexes, weight: LogValues) -> tuple[Complexes, Complexes]:
         """Y and Y/|Y|, the latter right even where Y itself has faded to nothing."""
         there = np.flatnonzero(np.isfinite(weight.log))
-        if in_reach(weight.plain[there]):
+        if not self._flow.iterates and in_reach(weight.plain[there]):
             with np.errstate(under="ignore"):
                 y = self._solver(y0)
             return y, _unit(y)
         # The decay of the scalar heat is that of the vectors too: scaled by it, they are of order one.
         z = np.zeros_like(y0)
-        z[there] = solve_scaled(self._matrix[there][:, there], y0[there], -weight.log[there])
+        z[there] = self._scaled(self._matrix, y0, weight, there)
         with np.errstate(under="ignore"):
             return z * np.abs(weight.plain), _unit(z)
 
@@ -182,12 +188,16 @@ class VectorHeat:
         """The heat of the values over that of the sources, ``weight``, (n,); zero where there is none."""
         there = np.flatnonzero(np.isfinite(weight.log))
         ratio = np.zeros(len(values))
-        if in_reach(weight.plain[there]):
+        if not self._flow.iterates and in_reach(weight.plain[there]):
             ratio[there] = self._flow.from_impulse(values).plain[there] / weight.plain[there]
         else:
-            ratio[there] = solve_scaled(self._flow.matrix[there][:, there], values[there], -weight.log[there])
-            ratio[there] *= weight.sign[there]
+            ratio[there] = self._scaled(self._flow.matrix, values, weight, there) * weight.sign[there]
         return ratio
+
+    def _scaled(self, matrix: sp.csr_array, rhs: NDArray[Any], weight: LogValues, there: Ints) -> NDArray[Any]:
+        """The solution over the size of the weight, where that is not zero."""
+        A = matrix if len(there) == len(rhs) else matrix[there][:, there]
+        return self._flow.scaled(A, rhs[there], -weight.log[there])
 
 
 def _unit(z: Complexes) -> Complexes:
@@ -214,6 +224,7 @@ def transport_over_times(
     times: Sequence[str | float],
     connection: Connection = "normals",
     robust: bool = False,
+    solver: SolverName = "auto",
 ) -> Result:
     """Diffuse and transport the same vectors for several times, one factorization each.
 
@@ -221,7 +232,7 @@ def transport_over_times(
     the times; ``dt`` holds them. The report lists them under ``times``.
     """
     where = sources if isinstance(sources, Sources) else vertex_sources(mesh, sources)
-    runs = [VectorHeat(mesh, time, connection, robust).from_sources(where, vectors) for time in times]
+    runs = [VectorHeat(mesh, time, connection, robust, solver).from_sources(where, vectors) for time in times]
     fields = [
         Field(f"{field.name}_{k}" if len(runs) > 1 else field.name, field.location, field.values)
         for k, run in enumerate(runs)

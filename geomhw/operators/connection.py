@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from geomhw.errors import FieldError, MeshError
 from geomhw.mesh.arrays import Floats, Ints
 from geomhw.mesh.fans import edge_directions
-from geomhw.mesh.geometry import unit
+from geomhw.mesh.geometry import lengths, unit
 from geomhw.mesh.intrinsic import IntrinsicMesh
 from geomhw.mesh.polyhedral import PolyhedralSurface
 from geomhw.mesh.triangle_mesh import TriangleMesh
@@ -27,19 +27,31 @@ def edge_rotations(mesh: TriangleMesh, edges: Ints | None = None) -> Floats:
     It is two half turns, about n_i and about the normal half-way; between opposite normals, where every half-way is as
     near, the one along the edge. MeshError where a vertex of a face has no normal.
     """
+    ni, nj, along = _edge_normals(mesh, edges)
+    return _half_turn(unit(_half_way(ni, nj, along))) @ _half_turn(ni)
+
+
+def _edge_normals(mesh: TriangleMesh, edges: Ints | None) -> tuple[Floats, Floats, Floats]:
+    """Normals at both ends of each edge, and the edge itself, (e, 3) each; as in `edge_rotations`."""
     i, j = (mesh.edges if edges is None else edges).T
-    ni, nj = mesh.vertex_normals[i], mesh.vertex_normals[j]
-    if edges is None:
-        nj = nj * mesh.edge_signs[:, None]
-    if (missing := ~(ni.any(axis=1) & nj.any(axis=1))).any():
-        bad = int(i[missing][0] if not ni[missing][0].any() else j[missing][0])
+    ni, nj = np.take(mesh.vertex_normals, i, axis=0), np.take(mesh.vertex_normals, j, axis=0)
+    if edges is None and not mesh.is_orientable:
+        nj *= mesh.edge_signs[:, None]
+    bare = np.asarray(~mesh.vertex_normals.any(axis=1))
+    if (missing := np.flatnonzero(bare[i] | bare[j])).size:
+        first = missing[0]
+        bad = int(i[first] if bare[i[first]] else j[first])
         raise MeshError(f"vertex {bad} has no normal: the faces round it cancel; move it, or cut the mesh there")
+    return ni, nj, np.take(mesh.vertices, j, axis=0) - np.take(mesh.vertices, i, axis=0)
+
+
+def _half_way(ni: Floats, nj: Floats, along: Floats) -> Floats:
+    """A vector half-way between unit normals, (e, 3); between opposite ones, the edge's part across them."""
     half = ni + nj
-    opposite = np.linalg.norm(half, axis=1) < 1e-8
-    along = (mesh.vertices[j] - mesh.vertices[i])[opposite]
-    half[opposite] = _any_normal(along, ni[opposite])
-    middle = unit(half)
-    return _half_turn(middle) @ _half_turn(ni)
+    opposite = lengths(half) < 1e-8
+    if opposite.any():
+        half[opposite] = _any_normal(along[opposite], ni[opposite])
+    return half
 
 
 def connection_stiffness(mesh: TriangleMesh) -> sp.csr_array:
@@ -77,11 +89,13 @@ def edge_transport(
         return np.asarray(np.exp(1j * (low + np.pi - high)))
     if connection != "normals":
         raise FieldError(f"there is no connection '{connection}'; choose from {', '.join(get_args(Connection))}")
-    edges = surface.edges if surface else mesh.edges
-    i, j = edges.T
-    e1, e2 = mesh.tangent_frames.transpose(1, 0, 2)
-    brought = np.einsum("eyx,ey->ex", edge_rotations(mesh, edges), e1[j])  # Rᵀ, from j to i
-    r = np.einsum("ex,ex->e", brought, e1[i]) + 1j * np.einsum("ex,ex->e", brought, e2[i])
+    i, j = (surface or mesh).edges.T
+    e1, e2 = np.ascontiguousarray(mesh.tangent_frames.transpose(1, 0, 2))
+    half = _half_way(*_edge_normals(mesh, surface.edges if surface else None))
+    # Half turns about n_j, which sends e1 to -e1, and about the normal half-way make the smallest rotation from j to i.
+    brought = np.take(e1, j, axis=0)
+    brought -= (2 * _dots(brought, half) / _dots(half, half))[:, None] * half
+    r = _dots(brought, np.take(e1, i, axis=0)) + 1j * _dots(brought, np.take(e2, i, axis=0))
     return np.asarray(r / np.abs(r))
 
 
@@ -123,6 +137,10 @@ def from_complex(mesh: TriangleMesh, z: Complexes) -> Floats:
 def _weight_sums(mesh: PolyhedralSurface) -> Floats:
     ends = mesh.edges.ravel()
     return np.asarray(np.bincount(ends, np.repeat(mesh.edge_cotan_weights, 2), mesh.n_vertices), dtype=float)
+
+
+def _dots(left: Floats, right: Floats) -> Floats:
+    return np.asarray(np.einsum("ex,ex->e", left, right))
 
 
 def _half_turn(axis: Floats) -> Floats:

@@ -64,13 +64,13 @@ class MultigridSolver:
                 # What the iteration carries along is not quite what is left.
                 residual = b - self._matrix @ inner
                 left = abs(dot(residual, self._levels @ residual))
-                if 0 < enough and left <= 4 * enough or self._is_rounding(residual, inner):
+                if (enough > 0 and left <= 4 * enough) or self._is_rounding(residual, inner):
                     x[self._free] = inner
                     return x
         raise ConvergenceError("multigrid does not converge on this mesh; compute with --solver direct")
 
     def _is_rounding(self, residual: Floats, x: Floats) -> bool:
-        return _norm(residual) <= ROUNDING_UNITS * np.finfo(float).eps * _norm(abs(self._matrix) @ np.abs(x))
+        return _norm(residual) <= ROUNDING_UNITS * float(np.finfo(float).eps) * _norm(abs(self._matrix) @ np.abs(x))
 
     def _conjugate_gradients(self, residual: Floats, enough: float) -> tuple[Floats, float]:
         """x and xᵀAx, preconditioned, from zero [Saad 2003, alg. 9.1], until rᵀBr, which estimates eᵀAe, is small."""

@@ -6,8 +6,12 @@ heat arrives and solved for in blocks of a few rings, by symmetric Gauss-Seidel 
 next one; how the solution decays in one block scales the next.
 """
 
+from collections.abc import Iterator
+from typing import Any
+
 import numpy as np
 import scipy.sparse as sp
+from numpy.typing import NDArray
 
 from geomhw.errors import ConvergenceError
 from geomhw.mesh.arrays import Floats
@@ -28,30 +32,64 @@ def solve_by_sweeps(matrix: sp.csr_array, rhs: Floats, travel: Floats) -> LogVal
     rhs: (n,), zero but at the sources. travel: (n,), finite, zero at the sources, growing about like -log u.
     ConvergenceError where a block does not settle.
     """
-    order = np.argsort(travel, kind="stable")
-    A = sp.csr_array(matrix[order][:, order])
-    p, plain = travel[order], rhs[order].astype(float)
-    b = np.zeros_like(p)
-    rows = np.repeat(np.arange(len(p)), np.diff(A.indptr))
-    ends = np.unique(np.append(np.searchsorted(p, np.arange(BLOCK, p[-1], BLOCK)), len(p))).tolist()
-    v, potential, rate = np.zeros_like(p), p.copy(), 1.0
-    back = low = 0
-    for high in ends:
+    blocks = _Blocks(matrix, rhs, travel)
+    p, v, potential, rate = blocks.travel, blocks.v, blocks.travel.copy(), 1.0
+    for back, low, high in blocks.bounds():
         if low:
             log = np.log(np.abs(v[back:low])) - potential[back:low]
             rate = _decay(p[back:low], log, rate)
             potential[low:high] = rate * (p[low:high] - p[low - 1]) - log[-1]
             v[low:high] = np.sign(v[low - 1])
-        hot = back + np.flatnonzero(plain[back:high])
-        b[hot] = plain[hot] * np.exp(potential[hot])
-        within = slice(A.indptr[back], A.indptr[high])
+        blocks.settle(potential, back, high)
+    return LogValues.of(blocks.in_given_order(v), blocks.in_given_order(potential))
+
+
+def solve_scaled_by_sweeps(matrix: sp.csr_array, rhs: NDArray[Any], potential: Floats) -> NDArray[Any]:
+    """v = exp(p) u, of order one where p is near the decay of u, for A u = b with b zero but where p is small.
+
+    As `wavefront.solve_scaled`, for a Hermitian A, real or complex. ConvergenceError where a block does not settle.
+    """
+    blocks = _Blocks(matrix, rhs, potential - potential.min(initial=0.0))
+    for back, _, high in blocks.bounds():
+        blocks.settle(potential[blocks.order], back, high)
+    return blocks.in_given_order(blocks.v)
+
+
+class _Blocks:
+    """Unknowns of A u = b in the order in which heat arrives, in blocks of ``BLOCK`` lengths; v, (n,), is scaled."""
+
+    def __init__(self, matrix: sp.csr_array, rhs: NDArray[Any], travel: Floats) -> None:
+        self.order = np.argsort(travel, kind="stable")
+        self.travel = travel[self.order]
+        self._matrix = sp.csr_array(matrix[self.order][:, self.order])
+        self._rows = np.repeat(np.arange(len(travel)), np.diff(self._matrix.indptr))
+        kind = np.result_type(matrix.dtype, rhs.dtype, float)
+        self._rhs = rhs[self.order].astype(kind)
+        self._scaled_rhs, self.v = np.zeros((2, len(travel)), dtype=kind)
+
+    def bounds(self) -> Iterator[tuple[int, int, int]]:
+        """Where the block before starts, and this one, and where it ends."""
+        p = self.travel
+        back = low = 0
+        for high in np.unique(np.append(np.searchsorted(p, np.arange(BLOCK, p[-1], BLOCK)), len(p))).tolist():
+            yield back, low, high
+            back, low = low, high
+
+    def settle(self, potential: Floats, low: int, high: int) -> None:
+        """Solve for the unknowns low to high with those before held, in v, to that potential, (n,), in this order."""
+        A = self._matrix
+        hot = low + np.flatnonzero(self._rhs[low:high])
+        self._scaled_rhs[hot] = self._rhs[hot] * np.exp(potential[hot])
+        within = slice(A.indptr[low], A.indptr[high])
         columns = A.indices[within]
-        shift = np.where(columns < high, potential[rows[within]] - potential[columns], -np.inf)
-        _settle(A, A.data[within] * np.exp(shift), v, b, back, high)
-        back, low = low, high
-    place = np.empty_like(order)
-    place[order] = np.arange(len(p))
-    return LogValues.of(v[place], potential[place])
+        shift = np.where(columns < high, potential[self._rows[within]] - potential[columns], -np.inf)
+        _settle(A, A.data[within] * np.exp(shift), self.v, self._scaled_rhs, low, high)
+
+    def in_given_order(self, values: NDArray[Any]) -> NDArray[Any]:
+        """Values, (n,), back in the order of A."""
+        back = np.empty_like(values)
+        back[self.order] = values
+        return back
 
 
 def _decay(p: Floats, log: Floats, guess: float) -> float:
@@ -62,7 +100,7 @@ def _decay(p: Floats, log: Floats, guess: float) -> float:
     return min(max(slope, 0.1), 3.0) if np.isfinite(slope) else guess
 
 
-def _settle(A: sp.csr_array, data: Floats, v: Floats, b: Floats, low: int, high: int) -> None:
+def _settle(A: sp.csr_array, data: NDArray[Any], v: NDArray[Any], b: NDArray[Any], low: int, high: int) -> None:
     """Sweep unknowns low to high of the scaled system, in place, forth and back until they stay as they are."""
     from pyamg.amg_core import gauss_seidel
 
