@@ -185,6 +185,13 @@ def test_shapes_and_texts():
     assert arrays(records, np.zeros(2, [("v", float)])).note == "[('u', '<f8')] in A, [('v', '<f8')] in B"
 
 
+def test_signaling_nan() -> None:
+    """A NaN that traps in some processors is one as any other, without a warning of numpy's."""
+    values = np.frombuffer(bytes.fromhex("3f800000ffffff85ff800001"), ">f4")
+    assert np.isnan(values).tolist() == [False, True, True]
+    assert compare_arrays("u", "vertex", values, values.copy(), Tolerance()).same
+
+
 @pytest.mark.parametrize("rtol", [-1e-9, np.nan, np.inf])
 def test_tolerances_are_checked(rtol):
     with pytest.raises(GeomhwError, match="rtol is"):
