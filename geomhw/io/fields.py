@@ -15,6 +15,7 @@ from geomhw.io.reading import READABLE, read
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.results import Field, Location
 
+_UNREADABLE = (OSError, UnicodeDecodeError, csv.Error)
 _KNOWN = ".npy .npz .csv"
 
 
@@ -104,10 +105,14 @@ def _from_csv(path: Path, key: str) -> NDArray[Any]:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore", UserWarning)  # no rows: the count of rows is checked later
                 values = np.loadtxt(stream, delimiter=",", usecols=columns, ndmin=2, quotechar='"', comments=None)
-    except (OSError, UnicodeDecodeError) as error:
+    except _UNREADABLE as error:
         raise FieldError(f"{path.name} cannot be read as a table: {error}") from error
     except ValueError as error:
-        raise FieldError(f"{path.name}: {_cell(path, header, columns) or error}") from error
+        try:
+            told = _cell(path, header, columns)
+        except _UNREADABLE as worse:
+            raise FieldError(f"{path.name} cannot be read as a table: {worse}") from worse
+        raise FieldError(f"{path.name}: {told or error}") from error
     return values[:, 0] if len(columns) == 1 else values
 
 
