@@ -76,12 +76,13 @@ class PolyhedralSurface(ABC):
         dots = geometry.corner_dots(self.opposite_edges)
         return frozen(np.arctan2(2 * self.face_areas[:, None], dots))
 
-    @cached_property
+    @property
     def cotangents(self) -> Floats:
-        """Cotangent of the angle at each corner, (m, 3); MeshError if a face has no area."""
+        """Cotangent of the angle at each corner, (m, 3), not kept; MeshError if a face has no area."""
         self.require_area()
         dots = geometry.corner_dots(self.opposite_edges)
-        return frozen(dots / (2 * self.face_areas[:, None]))
+        dots /= (2 * self.face_areas)[:, None]
+        return dots
 
     # -- vertices ------------------------------------------------------------------------------------------------------
 

@@ -48,14 +48,18 @@ def gradient_of(mesh: PolyhedralSurface, corners: Floats, zero_without_area: boo
     """
     if not zero_without_area:
         mesh.require_area()
-    doubled_areas = 2 * mesh.face_areas
-    doubled_areas[mesh.degenerate_faces] = np.inf
-    along = np.einsum("fk,fkx->fx", corners, mesh.opposite_edges)
-    return cross(mesh.face_normals / doubled_areas[:, None], along)
+    # With N = 2A n: n x e_k / 2A = N x e_k / N²
+    squares = np.einsum("fx,fx->f", mesh.area_vectors, mesh.area_vectors)
+    squares[mesh.degenerate_faces] = np.inf
+    slopes = cross(mesh.area_vectors, np.einsum("fk,fkx->fx", corners, mesh.opposite_edges))
+    slopes /= squares[:, None]
+    return slopes
 
 
 def divergence_of(mesh: PolyhedralSurface, field: Floats) -> Floats:
     """`divergence` applied to one face field, (m, 3), without the matrix: (n,), units of the field times length."""
-    # ∇φ_k · X 2A = (n x e_k) · X = (X x n) · e_k
-    turned = cross(field, mesh.face_normals * (-0.5 / mesh.sheets))
+    # A ∇φ_k · X = (N x e_k) · X / 4A = (X x N) · e_k / 4A
+    areas = mesh.face_areas
+    turned = cross(field, mesh.area_vectors)
+    turned *= np.divide(-0.25 / mesh.sheets, areas, out=np.zeros_like(areas), where=areas > 0)[:, None]
     return corner_sum(np.einsum("fkx,fx->fk", mesh.opposite_edges, turned), mesh.faces, mesh.n_vertices)

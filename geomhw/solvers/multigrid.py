@@ -42,7 +42,7 @@ class MultigridSolver:
             # No entry is taken as weak: cotan weights vary with the shapes of faces, not with a direction of decay.
             self._levels: Any = smoothed_aggregation_solver(
                 sp.csr_matrix(self._matrix),
-                strength=("symmetric", {"theta": 0.0}),
+                strength=None,
                 smooth=("jacobi", {"omega": 4 / 3, "weighting": "local"}),  # others draw random vectors
                 max_coarse=200,
                 coarse_solver="splu",
