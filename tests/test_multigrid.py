@@ -9,6 +9,7 @@ from geomhw.errors import ConvergenceError, FieldError
 from geomhw.io import read_mesh
 from geomhw.mesh.distances import edge_path_distance
 from geomhw.mesh.primitives import grid, icosphere, strip, torus
+from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.methods.heat_distance import HeatDistance
 from geomhw.methods.heat_flow import HeatFlow
 from geomhw.methods.vector_heat import VectorHeat
@@ -153,3 +154,29 @@ def test_scaled_sweeps_are_the_scaled_solution() -> None:
     assert decay.max() > 800
     found = solve_scaled_by_sweeps(flow.matrix, impulse, decay)
     np.testing.assert_allclose(found, solve_scaled(flow.matrix, impulse, decay), rtol=1e-6)
+
+
+def test_heat_that_decays_at_several_rates() -> None:
+    """Coarse faces slow heat down: on two strips side by side, at equal distance from their sources, it is soon
+    hundreds of orders of magnitude apart, and sweeps have both right to a part in 10⁶."""
+    fine, coarse = strip(3000), strip(750, cell=4.0)
+    vertices = np.concatenate([fine.vertices, coarse.vertices + np.array([0.0, 9.0, 0.0])])
+    mesh = TriangleMesh(vertices, np.concatenate([fine.faces, coarse.faces + fine.n_vertices]))
+    sources = np.array([0, fine.n_vertices])
+    impulse = np.bincount(sources, minlength=mesh.n_vertices).astype(float)
+    alone = [HeatFlow(part, 1.0).from_impulse(np.eye(1, part.n_vertices)[0]).log for part in (fine, coarse)]
+    assert alone[1][-1] - alone[0][-1] > 700
+    flow = HeatFlow(mesh, 1.0)
+    found = solve_by_sweeps(flow.matrix, impulse, edge_path_distance(mesh, sources))
+    np.testing.assert_allclose(found.log, np.concatenate(alone), rtol=0, atol=1e-6)
+    np.testing.assert_array_equal(flow.from_impulse(impulse).log, found.log)  # where one decay is guessed for all
+
+
+def test_what_is_no_solution_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whatever the sweeps say, the equations have the last word."""
+    mesh = grid(30, 30)
+    flow = HeatFlow(mesh, "h2", solver="direct")
+    impulse = np.bincount([0], minlength=mesh.n_vertices).astype(float)
+    monkeypatch.setattr("geomhw.solvers.sweeps.TOLERANCE", 1e-2)
+    with pytest.raises(ConvergenceError, match="--solver direct"):
+        solve_by_sweeps(flow.matrix, impulse, edge_path_distance(mesh, np.array([0])) / np.sqrt(flow.time.t))

@@ -126,8 +126,14 @@ class HeatFlow:
             u = self._solver(free is self.surface)(impulse)
         if in_reach(u[there]):
             return LogValues.of(u)
-        A = self.matrix[where][:, where]
-        return self._elsewhere_none(solve_decaying(A, impulse[where], u[where], travel()), where)
+        A, away = self.matrix[where][:, where], travel()
+        try:
+            found = solve_decaying(A, impulse[where], u[where], away)
+        except ConvergenceError:  # heat that decays here and there at different rates
+            if self.solver != "auto":
+                raise
+            found = solve_by_sweeps(A, impulse[where], away)
+        return self._elsewhere_none(found, where)
 
     def scaled(self, matrix: sp.csr_array, rhs: NDArray[Any], potential: Floats) -> NDArray[Any]:
         """v = exp(p) u for A u = b, as `wavefront.solve_scaled`, where b diffuses as heat does and p = -log of that."""

@@ -40,6 +40,9 @@ def known_distances(mesh: TriangleMesh, sources: Sources) -> Floats:
     """Distances that are known, (n,), inf elsewhere: 0 at source vertices, and straight lines to the corners of the
     faces that hold a source; but not where another source is nearer as the crow flies, for there it may be shorter."""
     distance = np.full(mesh.n_vertices, np.inf)
+    if len(sources.vertices) == len(sources):
+        distance[sources.vertices] = 0.0
+        return distance
     face, place = _holding(mesh, sources.within_faces)
     corners = mesh.faces[face]
     straight = np.linalg.norm(mesh.vertices[corners] - place[:, None], axis=2)

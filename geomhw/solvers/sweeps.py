@@ -14,7 +14,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from geomhw.errors import ConvergenceError
-from geomhw.mesh.arrays import Floats
+from geomhw.mesh.arrays import Floats, Ints, dot
 from geomhw.solvers.wavefront import LogValues
 
 #: Width of a block, in lengths √t: what lies beyond changes a solution by exp(-2 · 20) there.
@@ -24,6 +24,10 @@ TOLERANCE = 1e-8
 #: or, where it happens to be small, of this share of the largest in the block.
 SMALL = 1e-6
 MAX_SWEEPS = 200
+#: What is left of an equation in the end, as a share of its terms; more than that is no solution.
+RESIDUAL = 1e-6
+ROWS_AT_ONCE = 1 << 17
+NO_END = "heat does not settle in sweeps on this mesh; compute with --solver direct"
 
 
 def solve_by_sweeps(matrix: sp.csr_array, rhs: Floats, travel: Floats) -> LogValues:
@@ -33,15 +37,14 @@ def solve_by_sweeps(matrix: sp.csr_array, rhs: Floats, travel: Floats) -> LogVal
     ConvergenceError where a block does not settle.
     """
     blocks = _Blocks(matrix, rhs, travel)
-    p, v, potential, rate = blocks.travel, blocks.v, blocks.travel.copy(), 1.0
+    potential, rate = blocks.travel.copy(), 1.0
     for back, low, high in blocks.bounds():
         if low:
-            log = np.log(np.abs(v[back:low])) - potential[back:low]
-            rate = _decay(p[back:low], log, rate)
-            potential[low:high] = rate * (p[low:high] - p[low - 1]) - log[-1]
-            v[low:high] = np.sign(v[low - 1])
+            rate = blocks.rate(potential, back, low) or rate
+            blocks.extend(potential, rate, low, high)
         blocks.settle(potential, back, high)
-    return LogValues.of(blocks.in_given_order(v), blocks.in_given_order(potential))
+    blocks.check(potential)
+    return LogValues.of(blocks.in_given_order(blocks.v), blocks.in_given_order(potential))
 
 
 def solve_scaled_by_sweeps(matrix: sp.csr_array, rhs: NDArray[Any], potential: Floats) -> NDArray[Any]:
@@ -50,8 +53,10 @@ def solve_scaled_by_sweeps(matrix: sp.csr_array, rhs: NDArray[Any], potential: F
     As `wavefront.solve_scaled`, for a Hermitian A, real or complex. ConvergenceError where a block does not settle.
     """
     blocks = _Blocks(matrix, rhs, potential - potential.min(initial=0.0))
+    ordered = potential[blocks.order]
     for back, _, high in blocks.bounds():
-        blocks.settle(potential[blocks.order], back, high)
+        blocks.settle(ordered, back, high)
+    blocks.check(ordered)
     return blocks.in_given_order(blocks.v)
 
 
@@ -62,6 +67,9 @@ class _Blocks:
         self.order = np.argsort(travel, kind="stable")
         self.travel = travel[self.order]
         self._matrix = sp.csr_array(matrix[self.order][:, self.order])
+        self._matrix.sort_indices()
+        #: For each unknown, the first that heat comes to of itself and its neighbors.
+        self._before = self._matrix.indices[self._matrix.indptr[:-1]]
         self._rows = np.repeat(np.arange(len(travel)), np.diff(self._matrix.indptr))
         kind = np.result_type(matrix.dtype, rhs.dtype, float)
         self._rhs = rhs[self.order].astype(kind)
@@ -74,6 +82,45 @@ class _Blocks:
         for high in np.unique(np.append(np.searchsorted(p, np.arange(BLOCK, p[-1], BLOCK)), len(p))).tolist():
             yield back, low, high
             back, low = low, high
+
+    def rate(self, potential: Floats, low: int, high: int) -> float:
+        """By how much -log u grows with travel on the way to low to high, at least squares; 0 if that is unknown."""
+        here = np.arange(low, high)
+        before = self._before[low:high]
+        ahead = self.travel[here] - self.travel[before]
+        growth = self._decay(potential, here) - self._decay(potential, before)
+        told = np.isfinite(growth)
+        width = dot(ahead[told], ahead[told])
+        return min(max(dot(growth[told], ahead[told]) / width, 0.1), 3.0) if width > 0 else 0.0
+
+    def extend(self, potential: Floats, rate: float, low: int, high: int) -> None:
+        """Guess potential and sign of unknowns low to high from those before, each from where its own heat comes."""
+        origin = self._before[low:high]
+        while not ((further := np.where(origin < low, origin, origin[np.maximum(origin - low, 0)])) == origin).all():
+            origin = further
+        decay = self._decay(potential, origin)
+        lost = (origin >= low) | ~np.isfinite(decay)
+        origin, decay = np.where(lost, low - 1, origin), np.where(lost, self._decay(potential, low - 1), decay)
+        potential[low:high] = decay + rate * (self.travel[low:high] - self.travel[origin])
+        self.v[low:high] = np.sign(self.v[origin])
+
+    def _decay(self, potential: Floats, at: Ints | int) -> Floats:
+        """-log u."""
+        with np.errstate(divide="ignore"):
+            return np.asarray(potential[at] - np.log(np.abs(self.v[at])))
+
+    def check(self, potential: Floats) -> None:
+        """ConvergenceError unless v solves its equations."""
+        A = self._matrix
+        for low in range(0, len(self.v), ROWS_AT_ONCE):
+            high = min(low + ROWS_AT_ONCE, len(self.v))
+            within = slice(A.indptr[low], A.indptr[high])
+            columns = A.indices[within]
+            terms = A.data[within] * np.exp(potential[self._rows[within]] - potential[columns]) * self.v[columns]
+            starts = A.indptr[low:high] - A.indptr[low]
+            left = np.add.reduceat(terms, starts) - self._scaled_rhs[low:high]
+            if not (np.abs(left) <= RESIDUAL * np.add.reduceat(np.abs(terms), starts)).all():
+                raise ConvergenceError(NO_END)
 
     def settle(self, potential: Floats, low: int, high: int) -> None:
         """Solve for the unknowns low to high with those before held, in v, to that potential, (n,), in this order."""
@@ -90,14 +137,6 @@ class _Blocks:
         back = np.empty_like(values)
         back[self.order] = values
         return back
-
-
-def _decay(p: Floats, log: Floats, guess: float) -> float:
-    """By how much -log u grows with p, at least-squares; the guess where that cannot be told."""
-    spread = p - p.mean()
-    width = float(spread @ spread)
-    slope = -float(spread @ (log - log.mean())) / width if width > 0 else guess
-    return min(max(slope, 0.1), 3.0) if np.isfinite(slope) else guess
 
 
 def _settle(A: sp.csr_array, data: NDArray[Any], v: NDArray[Any], b: NDArray[Any], low: int, high: int) -> None:
@@ -120,4 +159,4 @@ def _settle(A: sp.csr_array, data: NDArray[Any], v: NDArray[Any], b: NDArray[Any
             return
         if not np.isfinite(size.max()):
             break
-    raise ConvergenceError("heat does not settle in sweeps on this mesh; compute with --solver direct")
+    raise ConvergenceError(NO_END)
