@@ -109,11 +109,13 @@ class Job:
         """Print the report: mesh, answers, files and times as JSON, or the mesh, these lines and the files."""
         from geomhw.mesh.summary import mesh_summary
 
+        lines = [*lines, *self._remarks(mesh)]
         report = {
             "command": self.command,
             "input": {"path": str(self.mesh_path), **self.notes},
             "mesh": mesh_summary(mesh),
             **answers,
+            "remarks": [line for line in lines if line.startswith(("note: ", "warning: "))],
             "files": self.written,
             "seconds": self.seconds,
         }
@@ -121,7 +123,6 @@ class Job:
             click.echo(json.dumps(report, indent=2, allow_nan=False))
         elif not self.quiet:
             width = 10
-            lines = [*lines, *self._remarks(mesh)]
             for label, text in [("mesh", mesh_line(report["mesh"])), *[line.split(": ", 1) for line in lines]]:
                 click.echo(f"{label:<{width}}{text}")
             for path in self.written:
