@@ -32,7 +32,7 @@ bench: $(BENCH)/.installed
 
 # Renews the results that tests/test_golden.py compares with: after a change that is meant.
 golden: $(VENV)/.developing
-	$(BIN)/python tests/golden/renew.py
+	$(MAKE) --no-print-directory -C examples/golden renew GEOMHW=$(abspath $(BIN)/geomhw)
 
 # Damaged files through every reader for some minutes, guided by coverage; make fuzz RUNS=1000000 for a night.
 fuzz: $(VENV)/.fuzzing

@@ -1,46 +1,93 @@
-"""What the program makes beside what is kept in tests/golden, and beside the README's picture, by ``compare``."""
+"""What the program makes beside what is kept in examples/golden, and beside the README's picture, by ``compare``."""
 
 import json
+import re
+import shutil
+import subprocess
+import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
-from golden.renew import DATA, GOLDEN, RUNS, produce
 from test_commands import run
 from test_render import needs_opengl
 
-EXAMPLES = DATA.parent / "examples"
-#: Rounding differs from machine to machine; so does what is nothing but rounding, such as the divergence of a flow.
-OTHER_MACHINES = ("--rtol", "1e-7", "--atol", "1e-9")
+from geomhw.io.table import read_csv, write_csv
+
+ROOT = Path(__file__).parents[1]
+EXAMPLE = ROOT / "examples" / "golden"
 
 
-@pytest.mark.parametrize("name", RUNS)
-def test_golden(name: str, tmp_path: Path) -> None:
+@pytest.fixture
+def golden(tmp_path: Path) -> Path:
+    """A copy of the example."""
+    return Path(shutil.copytree(EXAMPLE, tmp_path / "golden-example", ignore=shutil.ignore_patterns("new")))
+
+
+def make(folder: Path, *goals: str) -> subprocess.CompletedProcess[str]:
+    """Make there, with the meshes of the project."""
+    variables = [f"GEOMHW={sys.executable} -m geomhw_cli", f"DATA={ROOT / 'data'}"]
+    return subprocess.run(["make", "-s", *goals, *variables], cwd=folder, capture_output=True, text=True)
+
+
+def kept(folder: Path) -> dict[str, bytes]:
+    """The golden files."""
+    return {path.name: path.read_bytes() for path in (folder / "golden").iterdir()}
+
+
+def test_golden(golden: Path) -> None:
     """Every array, column and value of every command is what it was; ``make golden`` after a change that is meant."""
-    for path in produce(name, tmp_path):
-        answer = run("compare", GOLDEN / path.name, path, *OTHER_MACHINES)
-        assert answer.exit_code == 0, answer.output
+    answer = make(golden)
+    assert answer.returncode == 0, answer.stdout + answer.stderr
+    assert answer.stdout.count(": same: ") == len(kept(golden))
+
+
+def test_golden_tells_and_renews(golden: Path) -> None:
+    """Of golden files that are changed or gone, what differs and where; renewed, these are right, the others as before.
+
+    The changed number is put in the third line of a table, and found there.
+    """
+    before = kept(golden)
+    table = golden / "golden" / "fluid.csv"
+    columns = {name: np.array(values) for name, values in read_csv(table).items()}
+    columns["energy"][2] *= 1.001
+    write_csv(table, [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)])
+    (golden / "golden" / "info.json").unlink()
+    answer = make(golden)
+    assert answer.returncode != 0
+    assert re.search(r"^fluid.csv: different +column +energy .*\[2\]", answer.stdout, re.MULTILINE), answer.stdout
+    assert "info.json: Error: golden/info.json: there is no such file" in answer.stdout
+    assert answer.stdout.count(": same: ") == len(before) - 2
+    renewed = make(golden, "renew")
+    assert renewed.returncode == 0, renewed.stderr
+    assert renewed.stdout.count("renewed") == 2
+    after = kept(golden)
+    assert after.keys() == before.keys()
+    changed = {name for name in after if after[name] != before[name]}
+    assert changed <= {"fluid.csv", "info.json"}
+    assert run("compare", table, EXAMPLE / "golden" / "fluid.csv", "--rtol", "1e-7", "--atol", "1e-9").exit_code == 0
 
 
 def test_golden_is_complete() -> None:
-    """No file in the folder that nothing makes, and none too heavy for a repository."""
-    kept = {file for name, job in RUNS.items() for file in (*job.kept, *([f"{name}.json"] if job.report else []))}
-    files = {path.name: path.stat().st_size for path in GOLDEN.iterdir() if path.is_file()}
-    assert set(files) == kept | {"renew.py"}
-    assert sum(files.values()) < 400_000
+    """No file in the folder that is not compared, and none too heavy for a repository."""
+    listed = re.search(r"^RESULTS = ((?:.*\\\n)*.*)", (EXAMPLE / "Makefile").read_text(), re.MULTILINE)
+    assert listed
+    files = kept(EXAMPLE)
+    assert set(files) == set(listed[1].replace("\\\n", " ").split())
+    assert sum(map(len, files.values())) < 400_000
 
 
 def test_golden_names_no_machine() -> None:
-    """Reports kept hold neither an absolute path nor a time taken."""
-    for path in GOLDEN.glob("*.json"):
+    """Reports kept hold no absolute path."""
+    for path in (EXAMPLE / "golden").glob("*.json"):
         report = json.loads(path.read_text())
-        assert not Path(report["input"]["path"]).is_absolute()
-        assert "seconds" not in report
+        assert not any(Path(name).is_absolute() for name in [report["input"]["path"], *report.get("files", [])])
 
 
 @needs_opengl
 def test_readme_picture(tmp_path: Path) -> None:
     """The picture at the top of the README is what the command of ``make demo`` draws."""
     made = tmp_path / "creature.png"
-    run("geodesic", DATA / "creature.obj", "-o", tmp_path / "creature.vtk", "--png", made, "-q")
-    answer = run("compare", EXAMPLES / "creature.png", made)
+    run("geodesic", ROOT / "data" / "creature.obj", "-o", tmp_path / "creature.vtk", "--png", made, "-q")
+    answer = run("compare", ROOT / "examples" / "creature.png", made)
     assert answer.exit_code == 0, answer.output
