@@ -23,6 +23,7 @@ from geomhw_cli import options
     multiple=True,
     help="Array, column or value to leave out; * and ? stand for any letters and any letter. May be repeated.",
 )
+@click.option("--everything", is_flag=True, help="Of JSON: also seconds, files, path and file.")
 @click.option(
     "--spot",
     metavar="W",
@@ -38,6 +39,7 @@ def compare(
     rtol: float | None,
     atol: float,
     ignore: tuple[str, ...],
+    everything: bool,
     spot: float | None,
     diff: Path | None,
     as_json: bool,
@@ -58,8 +60,8 @@ def compare(
     Series    Frame by frame, times too; the line is that of the worst frame. Tracers are left out.
     Tables    Columns go by name, in any order.
     JSON      Values go by path, as in mesh.vertices or times[0].t. A list of numbers is an array,
-              any other number a scale of its own. Without being asked, compare leaves out what
-              differs from run to run: seconds, files, path, file.
+              any other number a scale of its own. Without --everything, what differs from run to
+              run is left out: seconds, files, path, file.
     Matrices  go entry by entry; what is not stored is zero.
     Pictures  A pixel counts by how far its color (CIELAB, dE*ab > 2.3) lies outside of those that
               the other picture has within half a pixel, so other anti-aliasing passes. Such
@@ -80,7 +82,7 @@ def compare(
 
     if diff:
         _check_diff(diff, one, other)
-    found = compare_files(one, other, Tolerance(rtol, atol), Ignored(ignore), spot)
+    found = compare_files(one, other, Tolerance(rtol, atol), Ignored(ignore), spot, everything)
     if diff:
         _write_diff(diff, one, other, spot)
     if as_json:

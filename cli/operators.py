@@ -1,5 +1,6 @@
 """``geomhw operators``: the matrices themselves."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 import click
@@ -19,33 +20,35 @@ OPERATORS = {
 }
 
 
+def operator_options(command: Callable[..., None]) -> Callable[..., None]:
+    """A flag for each operator."""
+    for name, shape in reversed(OPERATORS.items()):
+        command = click.option(f"--{name}", is_flag=True, help=shape)(command)
+    return command
+
+
 @click.command(no_args_is_help=True)
 @options.mesh_argument
-@click.option("--gradient", "operator", flag_value="gradient", help=OPERATORS["gradient"])
-@click.option("--divergence", "operator", flag_value="divergence", help=OPERATORS["divergence"])
-@click.option("--stiffness", "operator", flag_value="stiffness", help=OPERATORS["stiffness"])
-@click.option("--mass", "operator", flag_value="mass", help=OPERATORS["mass"])
-@click.option("--consistent-mass", "operator", flag_value="consistent-mass", help=OPERATORS["consistent-mass"])
-@click.option("--faces-to-vertices", "operator", flag_value="faces-to-vertices", help=OPERATORS["faces-to-vertices"])
-@click.option("--vertices-to-faces", "operator", flag_value="vertices-to-faces", help=OPERATORS["vertices-to-faces"])
-@click.option("--connection", "operator", flag_value="connection", help=OPERATORS["connection"])
-@click.option("--complex-connection", "operator", flag_value="complex-connection", help=OPERATORS["complex-connection"])
+@operator_options
 @click.option("-o", "--output", metavar="FILE", type=options.FILE, required=True, help="Matrix: .npz (scipy) or .mtx.")
 @options.quiet_option
-def operators(mesh_path: Path, operator: str | None, output: Path, quiet: bool) -> None:
+def operators(mesh_path: Path, output: Path, quiet: bool, **flags: bool) -> None:
     """Write one of the sparse operators on MESH as a matrix.
 
     n vertices, m faces; vectors are stored x, y, z: row 3f+k is component k on face f.
 
     \b
-    Example: geomhw operators moomoo.off --connection -o C.npz
+    Example: geomhw operators data/torus.off --connection -o C.npz
     """
     from geomhw.io import check_outputs, read_mesh
     from geomhw.io.matrix import WRITABLE_MATRICES, write_matrix
     from geomhw.operators import averaging, connection, gradient, laplacian
 
-    if operator is None:
-        raise click.UsageError(f"Choose an operator: {', '.join('--' + name for name in OPERATORS)}.")
+    asked = [name for name in OPERATORS if flags[name.replace("-", "_")]]
+    if len(asked) != 1:
+        what = "Choose one operator a file" if asked else "Choose an operator"
+        raise click.UsageError(f"{what}: {', '.join('--' + name for name in asked or OPERATORS)}.")
+    (operator,) = asked
     check_outputs([output], [mesh_path], extensions=WRITABLE_MATRICES)
     build = {
         "gradient": gradient.gradient,

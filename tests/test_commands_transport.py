@@ -274,6 +274,7 @@ def test_extension_in_capitals(file: str, folder: Path) -> None:
     ("arguments", "code", "words"),
     [
         (["-o", "a.npz"], 2, [f"--{name}" for name in OPERATORS]),
+        (["--mass", "--stiffness", "-o", "a.npz"], 2, ["one operator", "--stiffness, --mass."]),
         (["--mass"], 2, ["--output"]),
         (["--mass", "-o", "a.csv"], 1, ["'.csv'", ".npz .mtx"]),
         (["--mass", "-o", "none/a.npz"], 1, ["no folder none"]),
@@ -281,7 +282,7 @@ def test_extension_in_capitals(file: str, folder: Path) -> None:
     ],
 )
 def test_operators_refusals(arguments: list[str], code: int, words: list[str], folder: Path) -> None:
-    """No operator, no name, another format: told in the last line of stderr, and nothing is written."""
+    """No operator, two, no name, another format: told in the last line of stderr, and nothing is written."""
     answer = run("operators", "ball.off", *arguments)
     assert answer.exit_code == code
     for word in words:

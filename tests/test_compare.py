@@ -417,6 +417,15 @@ def test_documents():
     assert document(answers=REPORT["answers"][:1])[0] == ("answers", "2 entries in A, 1 in B")
 
 
+def test_documents_whole():
+    """With ``everything`` also what differs from run to run, less what is ignored by name."""
+    document(seconds={"read": 7}, files=[], input__path="/there/moo.off")
+    found = compare_files("a.json", "b.json", ignored=Ignored(["files"]), everything=True).different
+    assert [finding.name for finding in found] == ["input.path", "seconds.read"]
+    assert run("compare", "a.json", "b.json").exit_code == 0
+    assert run("compare", "a.json", "b.json", "--everything").exit_code == 1
+
+
 @pytest.mark.parametrize(
     ("patterns", "left"),
     [

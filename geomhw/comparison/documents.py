@@ -9,9 +9,6 @@ from geomhw.comparison.findings import Finding
 from geomhw.comparison.rules import Ignored, Tolerance
 from geomhw.errors import FormatError
 
-#: What differs between runs of one command: how long it took, and where its files are.
-DEFAULT_IGNORED = ("seconds", "files", "path", "file")
-
 
 def compare_documents(one: Any, other: Any, tolerance: Tolerance, ignored: Ignored) -> list[Finding]:
     """A finding for each value, named by its path: ``mesh.vertices``, ``answers[0].distance``.

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from geomhw.comparison.findings import Comparison, Finding
-from geomhw.comparison.rules import Ignored, Tolerance
+from geomhw.comparison.rules import DEFAULT_IGNORED, Ignored, Tolerance
 from geomhw.errors import FormatError, GeomhwError
 
 #: Extensions of what is no mesh, and what it is.
@@ -29,10 +29,12 @@ def compare_files(
     tolerance: Tolerance | None = None,
     ignored: Ignored | None = None,
     heaviest_spot: float | None = None,
+    everything: bool = False,
 ) -> Comparison:
     """All that two files of one kind differ in, whatever their formats.
 
-    ignored: names of arrays, columns, values. heaviest_spot: of pictures, see ``pictures``.
+    ignored: names of arrays, columns, values. heaviest_spot: of pictures, see ``pictures``. everything: of JSON also
+    what differs from run to run, which is left out otherwise.
     GeomhwError where a file cannot be read, where the files are of two kinds, and where nothing is left to compare.
     """
     a, b = Path(one), Path(other)
@@ -42,7 +44,8 @@ def compare_files(
     tolerance, ignored = tolerance or Tolerance(), ignored or Ignored()
     if kind == "picture":
         return Comparison(kind, [_pictures(a, b, heaviest_spot)])
-    findings = _COMPARING[kind](a, b, tolerance, ignored)
+    defaults = DEFAULT_IGNORED if kind == "document" and not everything else ()
+    findings = _COMPARING[kind](a, b, tolerance, ignored + defaults)
     if not findings and ignored.patterns:
         raise GeomhwError(f"nothing is compared of {a} and {b}: all of it is ignored ({', '.join(ignored.patterns)})")
     return Comparison(kind, findings)
@@ -90,10 +93,10 @@ def _tables(a: Path, b: Path, tolerance: Tolerance, ignored: Ignored) -> list[Fi
 
 
 def _documents(a: Path, b: Path, tolerance: Tolerance, ignored: Ignored) -> list[Finding]:
-    from geomhw.comparison.documents import DEFAULT_IGNORED, compare_documents
+    from geomhw.comparison.documents import compare_documents
     from geomhw.io.document import read_json
 
-    return compare_documents(_load(read_json, a), _load(read_json, b), tolerance, ignored + DEFAULT_IGNORED)
+    return compare_documents(_load(read_json, a), _load(read_json, b), tolerance, ignored)
 
 
 def _arrays(a: Path, b: Path, tolerance: Tolerance, ignored: Ignored) -> list[Finding]:

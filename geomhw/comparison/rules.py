@@ -10,6 +10,8 @@ from geomhw.errors import GeomhwError
 DOUBLE = 1e-9
 #: The same of what one of the files holds in single precision, which is rounded to 6e-8.
 SINGLE = 1e-6
+#: Of a report, what differs between runs of one command: how long it took, and where its files are.
+DEFAULT_IGNORED = ("seconds", "files", "path", "file")
 
 
 @dataclass(frozen=True)
