@@ -54,7 +54,8 @@ def advect(
     CSV: step, time, color_min, color_max, color_mean (by area).
 
     \b
-    Example: geomhw advect moomoo.off --field rigid:y --color blob:12 --dt 0.01 --steps 628 --gif blob.gif
+    Example, one turn in five pictures:
+      geomhw advect data/sphere.off --field rigid:z --color blob:0 --dt 0.1 --steps 63 --every 16 --gif blob.gif
     """
     from geomhw.methods.advection import FlowMap, frames
     from geomhw.methods.tracers import Tracing

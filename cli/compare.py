@@ -73,7 +73,9 @@ def compare(
     kinds, wrong usage).
 
     \b
-    Example: geomhw compare golden/moomoo.vtp moomoo.vtp --rtol 1e-8
+    Example, of one result in two formats:
+      geomhw geodesic data/torus.off -o torus.vtk -o torus.ply
+      geomhw compare torus.vtk torus.ply --rtol 1e-8
     """
     import json
 

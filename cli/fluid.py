@@ -88,7 +88,9 @@ def fluid(
     coefficients of the harmonic fields; loop_K, the circulation round boundary loops.
 
     \b
-    Example: geomhw fluid moomoo.off --init rigid:y --force none --cfl 1 --until 6.283 --gif flow.gif
+    Examples, a free flow and one that is pushed:
+      geomhw fluid data/sphere.off --init random:1 --force none --cfl 1 --until 1 --every 6 --gif flow.gif
+      geomhw fluid data/genus2.off --steps 40 --every 10 --csv energy.csv
     """
     from geomhw.methods.fluid.run import run
     from geomhw.methods.fluid.scheme import VorticityScheme

@@ -52,8 +52,9 @@ def geodesic(
     u on the faces of MESH, and are zero where these have no area.
 
     \b
-    Example: geomhw geodesic moomoo.off --source 0 -o moomoo.vtp --png moomoo.png
-             geomhw geodesic strip.off --source boundary --source face:17:0.2,0.3,0.5
+    Examples:
+      geomhw geodesic data/creature.obj --source 0 -o creature.vtp --png creature.png
+      geomhw geodesic data/strip.off --source boundary --source face:17:0.2,0.3,0.5 --no-png
     """
     from geomhw.methods.heat_distance import HeatDistance
     from geomhw.render.pictures import geodesic_picture

@@ -41,7 +41,9 @@ def helmholtz(
     Arrays, per vertex: potential, stream_function.
 
     \b
-    Example: geomhw helmholtz moomoo.off --field moomoo.geodesic.vtk:direction
+    Example, of the directions away from a point:
+      geomhw geodesic data/torus.off -o torus.vtp
+      geomhw helmholtz data/torus.off --field torus.vtp:direction -o parts.vtp
     """
     from geomhw.io import field_file, read_field
     from geomhw.methods.helmholtz import HelmholtzDecomposition

@@ -29,7 +29,8 @@ def info(mesh_path: Path, check: bool, as_json: bool, quiet: bool) -> None:
     2 if MESH cannot be read; -q prints nothing.
 
     \b
-    Example: geomhw info moomoo.off --check
+    Example:
+      geomhw info data/creature.obj --check
     """
     import json
 

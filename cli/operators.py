@@ -38,7 +38,8 @@ def operators(mesh_path: Path, output: Path, quiet: bool, **flags: bool) -> None
     n vertices, m faces; vectors are stored x, y, z: row 3f+k is component k on face f.
 
     \b
-    Example: geomhw operators data/torus.off --connection -o C.npz
+    Example:
+      geomhw operators data/torus.off --connection -o C.npz
     """
     from geomhw.io import check_outputs, read_mesh
     from geomhw.io.matrix import WRITABLE_MATRICES, write_matrix

@@ -94,7 +94,8 @@ def vecdiffuse(
                         transported_0, diffused_1, ...). Field data: dt.
 
     \b
-    Example: geomhw vecdiffuse moomoo.off --source 0 --angle 30 --dt h2 --dt 100
+    Example, for a short and for a long time:
+      geomhw vecdiffuse data/creature.obj --source 0 --angle 30 --dt h2 --dt 100
     """
     from geomhw.methods.vector_heat import transport_over_times
     from geomhw.render.vector_pictures import transport_picture

@@ -1,0 +1,238 @@
+"""What the documentation says of the program: every option is there, every command line runs as it is printed."""
+
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+import textwrap
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from urllib.parse import unquote
+
+import click
+import pytest
+from test_commands import run
+from test_render import needs_opengl
+
+from geomhw_cli.main import program
+
+ROOT = Path(__file__).parents[1]
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+DOCUMENTS = sorted([ROOT / "README.md", *ROOT.glob("examples/**/*.md"), ROOT / "data" / "README.md"])
+PROGRAMS = ("geomhw", "make", "python", "pip", "pytest", "eval")
+#: Lines that are not run here, and why; what make would do is asked of it all the same.
+ELSEWHERE = {
+    "README.md": {
+        "make demo": "makes an environment",
+        "make test": "is what runs",
+        "pip install .": "needs a network; test_packaging builds the wheel",
+    },
+    "examples/flow/README.md": {"make": "takes a minute; test_examples runs it on small spheres"},
+    "examples/golden/README.md": {"make": "is run by test_golden", "make renew": "is run by test_golden"},
+}
+
+
+@dataclass
+class Page:
+    """The command lines of a document, or of the help of a command, and the folder where they are typed.
+
+    elsewhere: lines that are not run.
+
+    Each line finds what those before it left, so asking for one runs them all, once.
+    """
+
+    name: str
+    lines: list[str]
+    place: str = "."
+    elsewhere: list[str] = field(default_factory=list)
+    folder: Path | None = None
+    answers: list[tuple[int, str]] = field(default_factory=list)
+
+    def answer(self, number: int, clone: Callable[[], Path]) -> tuple[int, str]:
+        """Exit code, and what is printed, of a line."""
+        self.folder = self.folder or clone()
+        while len(self.answers) <= number:
+            self.answers.append(typed(self.lines[len(self.answers)], self.folder / self.place))
+        return self.answers[number]
+
+
+def typed(line: str, folder: Path) -> tuple[int, str]:
+    """A line in a folder: of the program without a new process, of others by bash."""
+    words = shlex.split(line, comments=True)
+    if words[0] == "geomhw" and not re.search(r"[|<>;&$`]", line):
+        with pytest.MonkeyPatch.context() as patch:
+            patch.chdir(folder)
+            answer = run(*words[1:])
+        return answer.exit_code, answer.output
+    bin_first = f'PATH="{Path(sys.executable).parent}:$PATH"; {line}'
+    done = subprocess.run(["bash", "-c", bin_first], cwd=folder, capture_output=True, text=True)
+    return done.returncode, done.stdout + done.stderr
+
+
+def blocks(text: str) -> Iterator[str]:
+    """What is set as code by an indent, or by a fence that names no language."""
+    fenced = re.compile(r"^```(.*)\n((?:.*\n)*?)```$", re.MULTILINE)
+    yield from (match[2] for match in fenced.finditer(text) if match[1] in ("", "sh", "bash"))
+    lines = fenced.sub("", text).split("\n")
+    indented = [line[4:] if line.startswith("    ") else "" for line in lines]
+    yield "\n".join(indented)
+
+
+def command_lines(text: str) -> list[str]:
+    """The lines of code that begin with a program's name."""
+    joined = "\n".join(blocks(text)).replace("\\\n", " ")
+    return [line.strip() for line in joined.split("\n") if line.split(" ")[0] in PROGRAMS]
+
+
+def bare(line: str) -> str:
+    """Without remarks."""
+    return line.split(" #")[0].strip()
+
+
+def pages() -> list[Page]:
+    """All of them: documents, then the help of each command."""
+    found = []
+    for path in DOCUMENTS:
+        name = path.relative_to(ROOT).as_posix()
+        place = path.parent.relative_to(ROOT).as_posix() if name.startswith("examples/") else "."
+        lines = command_lines(path.read_text(encoding="utf-8"))
+        skipped = [line for line in lines if bare(line) in ELSEWHERE.get(name, {})]
+        found.append(Page(name, [line for line in lines if line not in skipped], place, skipped))
+    for name, command in program.commands.items():
+        help_text = textwrap.dedent(command.help or "")
+        found.append(Page(f"geomhw {name} --help", re.findall(r"^ +(geomhw .*)$", help_text, re.MULTILINE)))
+    return found
+
+
+PAGES = pages()
+LINES = [
+    pytest.param(page, number, id=f"{page.name}: {line}") for page in PAGES for number, line in enumerate(page.lines)
+]
+
+
+@pytest.fixture(scope="module")
+def clone(tmp_path_factory: pytest.TempPathFactory) -> Callable[[], Path]:
+    """Copies of what is in a fresh clone, as far as the documents name it."""
+
+    def copy() -> Path:
+        folder = tmp_path_factory.mktemp("clone")
+        made = shutil.ignore_patterns("*.gif", "out", "new", "__pycache__")
+        for name in ("data", "examples"):
+            shutil.copytree(ROOT / name, folder / name, ignore=made)
+        shutil.copy(ROOT / "Makefile", folder)
+        return folder
+
+    return copy
+
+
+@needs_opengl
+@pytest.mark.parametrize(("page", "number"), LINES)
+def test_line_runs_as_printed(page: Page, number: int, clone: Callable[[], Path]) -> None:
+    """Exit code 0, in the folder of the document (of the README and the help: the clone)."""
+    code, printed = page.answer(number, clone)
+    assert code == 0, printed
+
+
+def test_lines_not_run() -> None:
+    """Those that the tests leave out stand in the documents, and make knows what to do."""
+    for name, lines in ELSEWHERE.items():
+        page = next(page for page in PAGES if page.name == name)
+        assert set(lines) == set(map(bare, page.elsewhere))
+        for line in lines:
+            if line.startswith("make"):
+                dry = subprocess.run([*line.split(), "-n"], cwd=ROOT / page.place, capture_output=True, text=True)
+                assert dry.returncode == 0, dry.stderr
+
+
+def test_every_command_has_an_example() -> None:
+    """In its help, and a line in the README's table."""
+    for page in PAGES:
+        if page.name.startswith("geomhw "):
+            command = page.name.removesuffix(" --help")
+            assert any(line.startswith(f"{command} ") for line in page.lines), page.name
+            assert f"| `{command} " in README
+
+
+OPTIONS = [
+    pytest.param(command, option, id=f"{name} {option.opts[-1]}")
+    for name, command in program.commands.items()
+    for option in command.params
+    if isinstance(option, click.Option)
+]
+
+
+@pytest.mark.parametrize(("command", "option"), OPTIONS)
+def test_option_is_documented(command: click.Command, option: click.Option) -> None:
+    """Every spelling of it in the README; in the help what it does, and what is taken without it, if anything is."""
+    for name in [*option.opts, *option.secondary_opts]:
+        assert re.search(rf"`[^`]*(?<![\w-]){re.escape(name)}(?![\w-])", README), f"{name} is not in the README"
+    context = command.make_context("", [], resilient_parsing=True)
+    shown = option.get_help_record(context)
+    assert shown
+    assert shown[1].strip()
+    if not option.is_flag and not option.multiple and context.params[option.name] is not None:
+        assert "default: " in shown[1]
+
+
+def test_readme_options_exist() -> None:
+    """No option in the README that no command has."""
+    known = {
+        name for *_, option in (case.values for case in OPTIONS) for name in [*option.opts, *option.secondary_opts]
+    }
+    known |= {"--help"}
+    named = set(re.findall(r"(?<![\w-])--[a-z][\w-]*", README))
+    assert named <= known, named - known
+
+
+def test_readme_arrays() -> None:
+    """Every array of the README's table is in the help of its command."""
+    rows = re.findall(r"^\| `(\w+)` \|([^|]*)\|([^|]*)\|$", README, re.MULTILINE)
+    checked = [name for name, *cells in rows if name in program.commands and check_arrays(name, " ".join(cells))]
+    assert {"geodesic", "vecdiffuse", "advect", "fluid", "helmholtz"} <= set(checked)
+
+
+def check_arrays(command: str, cells: str) -> bool:
+    """Whether the cells name arrays; all are in the command's help."""
+    names = re.findall(r"`(\w+)`", cells)
+    help_text = program.commands[command].help or ""
+    missing = [name for name in names if not re.search(rf"\b{name}\b", help_text)]
+    assert not missing, f"geomhw {command} --help lacks {missing}"
+    return bool(names)
+
+
+@pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: path.relative_to(ROOT).as_posix())
+def test_links_lead_somewhere(path: Path) -> None:
+    """Links and pictures within the project, and the headings that they name, are there."""
+    for target in re.findall(r"\]\((?!https?:)([^)\s]+)\)", path.read_text(encoding="utf-8")):
+        name, _, heading = target.partition("#")
+        file = path.parent / unquote(name) if name else path
+        assert file.exists(), target
+        if heading:
+            titles = re.findall(r"^#+ (.*)$", file.read_text(encoding="utf-8"), re.MULTILINE)
+            assert heading in {re.sub(r"[^\w-]", "", title.lower().replace(" ", "-")) for title in titles}, target
+
+
+def test_figures_name_their_tests() -> None:
+    """``pytest tests/FILE -k WORD`` beside a figure names tests that are there."""
+    for path in DOCUMENTS:
+        for file, word in re.findall(r"`pytest\s+(tests/\w+\.py)(?: -k (\w+))?`", path.read_text(encoding="utf-8")):
+            assert re.search(rf"def test_\w*{word}|\[\w*{word}", (ROOT / file).read_text(encoding="utf-8")), (
+                file,
+                word,
+            )
+
+
+def test_completion_in_bash() -> None:
+    """The line of the README makes bash complete commands, options and choices."""
+    line = next(line for line in command_lines(README) if line.startswith("eval "))
+    for words, expected in [
+        (["geomhw", "geo"], "geodesic"),
+        (["geomhw", "geodesic", "--ref"], "--refine"),
+        (["geomhw", "fluid", "--scheme", "c"], "conservative"),
+    ]:
+        quoted = " ".join(map(shlex.quote, words))
+        asked = f"COMP_WORDS=({quoted}); COMP_CWORD={len(words) - 1}; _geomhw_completion geomhw; echo ${{COMPREPLY[@]}}"
+        code, printed = typed(f"{line}; {asked}", ROOT)
+        assert (code, printed.strip()) == (0, expected)
