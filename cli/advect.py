@@ -55,7 +55,7 @@ def advect(
 
     \b
     Example, one turn in five pictures:
-      geomhw advect data/sphere.off --field rigid:z --color blob:0 --dt 0.1 --steps 63 --every 16 --gif blob.gif
+      geomhw advect data/torus.off --field rigid:z --color x --dt 0.1 --steps 63 --every 16 --gif turn.gif
     """
     from geomhw.methods.advection import FlowMap, frames
     from geomhw.methods.tracers import Tracing
