@@ -10,7 +10,7 @@ from geomhw_cli.progress import progress
 from geomhw_cli.reel import Reel, reel_options
 
 
-@click.command(no_args_is_help=True)
+@click.command(no_args_is_help=True, short_help="A color carried along a field: series and film.")
 @options.mesh_argument
 @click.option("--field", "field_spec", metavar="SPEC", default="rotation:x", show_default=True, help=specs.FIELD_HELP)
 @click.option("--color", "color_spec", metavar="SPEC", default="hue", show_default=True, help=specs.COLOR_HELP)

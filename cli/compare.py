@@ -7,7 +7,7 @@ import click
 from geomhw_cli import options
 
 
-@click.command(no_args_is_help=True)
+@click.command(no_args_is_help=True, short_help="Whether two results hold the same.")
 @click.argument("one", metavar="A", type=options.FILE)
 @click.argument("other", metavar="B", type=options.FILE)
 @click.option(

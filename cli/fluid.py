@@ -20,7 +20,7 @@ DEFAULT_DT = 0.0005
 DEFAULT_STEPS = 1980
 
 
-@click.command(no_args_is_help=True)
+@click.command(no_args_is_help=True, short_help="Incompressible flow: series and film.")
 @options.mesh_argument
 @click.option(
     "--scheme",
@@ -84,8 +84,9 @@ def fluid(
     \b
     Arrays of a frame, per vertex: color, vorticity. Per face: velocity. Field data: time.
     Arrays of tracers: velocity, color, id, face, past (x y z for each of past_times, less where it is).
-    CSV: step, time, energy, enstrophy, circulation, divergence, courant, color_min, color_max; harmonic_K, the
-    coefficients of the harmonic fields; loop_K, the circulation round boundary loops.
+    CSV: step, time, energy, enstrophy, circulation, divergence, courant, color_min, color_max;
+         harmonic_K, the coefficients of the harmonic fields; loop_K, the circulation round
+         boundary loops.
 
     \b
     Examples, a free flow and one that is pushed:

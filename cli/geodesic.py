@@ -10,7 +10,7 @@ from geomhw_cli.job import Job, robust_line
 from geomhw_cli.sources import SourceSpecs, shortened, source_line
 
 
-@click.command(no_args_is_help=True)
+@click.command(no_args_is_help=True, short_help="Distance by the heat method.")
 @options.mesh_argument
 @options.source_option
 @options.time_option

@@ -8,7 +8,7 @@ from geomhw_cli import options
 from geomhw_cli.job import Job
 
 
-@click.command(no_args_is_help=True)
+@click.command(no_args_is_help=True, short_help="A field as curl-free + coexact + harmonic.")
 @options.mesh_argument
 @click.option(
     "--field",

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 FIRST = 5
 
 
-@click.command(no_args_is_help=True)
+@click.command(no_args_is_help=True, short_help="Sizes, topology and defects of a mesh.")
 @options.mesh_argument
 @click.option("--check", is_flag=True, help="Say what is wrong where, and what the commands make of it.")
 @options.json_option

@@ -48,6 +48,10 @@ def program() -> None:
     Exit codes: 0 done; 1 the input or the computation failed (one line on stderr says
     why, and no output is left half written); 2 wrong usage. Of compare: 0 same,
     1 different, 2 trouble; of info --check: 0 no defect, 1 defects, 2 trouble.
+
+    \b
+    Completion by the Tab key, in bash:
+      eval "$(_GEOMHW_COMPLETE=bash_source geomhw)"
     """
 
 

@@ -27,7 +27,7 @@ def operator_options(command: Callable[..., None]) -> Callable[..., None]:
     return command
 
 
-@click.command(no_args_is_help=True)
+@click.command(no_args_is_help=True, short_help="The sparse operators as matrices.")
 @options.mesh_argument
 @operator_options
 @click.option("-o", "--output", metavar="FILE", type=options.FILE, required=True, help="Matrix: .npz (scipy) or .mtx.")

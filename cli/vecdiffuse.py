@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from geomhw.methods.sources import Sources
 
 
-@click.command(no_args_is_help=True)
+@click.command(no_args_is_help=True, short_help="Vectors diffused and transported.")
 @options.mesh_argument
 @options.source_option
 @click.option(

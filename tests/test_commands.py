@@ -134,7 +134,9 @@ def test_other_component_is_reported() -> None:
     answer = run("geodesic", "ball.off", "--source", "0", "--no-png")
     assert "162 vertices" in answer.stdout
     assert np.isinf(read("ball.geodesic.vtk")["distance"]).sum() == 163
-    assert json.loads(run("geodesic", "ball.off", "--source", "0", "--no-png", "--json").stdout)
+    report = json.loads(run("geodesic", "ball.off", "--source", "0", "--no-png", "--json").stdout)
+    assert report["remarks"] == ["warning: 162 vertices lie on components without a source; their distance is inf"]
+    assert json.loads(run("geodesic", "ball.off", "--source", "0,200", "--no-png", "--json").stdout)["remarks"] == []
 
 
 def test_unreferenced_vertex_is_computed_on() -> None:

@@ -224,6 +224,17 @@ def test_figures_name_their_tests() -> None:
             )
 
 
+def test_goals_of_make(clone: Callable[[], Path]) -> None:
+    """Every ``make GOAL`` within a sentence is a goal of the Makefile beside, or of that at the top."""
+    folder = clone()
+    for mesh in ("spot.obj", "kitten.obj"):
+        (folder / "examples" / "films" / mesh).touch()
+    for page in PAGES[: len(DOCUMENTS)]:
+        for line in re.findall(r"`(make(?: [^`]*)?)`", (ROOT / page.name).read_text(encoding="utf-8")):
+            tried = [typed(f"{line} -n", folder / place)[0] for place in dict.fromkeys([page.place, "."])]
+            assert 0 in tried, f"{page.name}: {line}"
+
+
 def test_completion_in_bash() -> None:
     """The line of the README makes bash complete commands, options and choices."""
     line = next(line for line in command_lines(README) if line.startswith("eval "))
