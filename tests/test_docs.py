@@ -121,7 +121,8 @@ def clone(tmp_path_factory: pytest.TempPathFactory) -> Callable[[], Path]:
         made = shutil.ignore_patterns("*.gif", "out", "new", "__pycache__")
         for name in ("data", "examples"):
             shutil.copytree(ROOT / name, folder / name, ignore=made)
-        shutil.copy(ROOT / "Makefile", folder)
+        for name in ("Makefile", "pyproject.toml"):
+            shutil.copy(ROOT / name, folder)
         return folder
 
     return copy
