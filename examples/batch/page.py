@@ -4,11 +4,10 @@ import re
 from collections.abc import Sequence
 from html import escape
 from pathlib import PurePath
-from typing import TYPE_CHECKING, Any
+from typing import Any
 from urllib.parse import quote
 
-if TYPE_CHECKING:
-    from sheet import Outcome
+from outcome import Outcome
 
 STYLE = """
 :root { --ink: #1d2433; --faint: #667085; --line: #dfe3ea; --ground: #f3f5f8; --bad: #b3261e; --doubt: #8a5a00; }
@@ -50,7 +49,7 @@ UNUSUAL = {
 HEADLINES = ("farthest.distance", "mean_distance", "energy_shares.harmonic", "last.time", "last.energy")
 
 
-def page(outcomes: "Sequence[Outcome]", settings: str) -> str:
+def page(outcomes: Sequence[Outcome], settings: str) -> str:
     """The whole of it; settings: version and command line."""
     version, _, command = settings.partition(" version ")[2].partition(" ")
     failed = [item for item in outcomes if item.code]
@@ -80,7 +79,7 @@ def page(outcomes: "Sequence[Outcome]", settings: str) -> str:
 """
 
 
-def card(item: "Outcome") -> str:
+def card(item: Outcome) -> str:
     """One mesh."""
     folder, file = item.name.rpartition("/")[0], PurePath(item.path).name
     return f"""<article id="{escape(item.name)}">
@@ -92,7 +91,7 @@ def card(item: "Outcome") -> str:
 """
 
 
-def top(item: "Outcome") -> str:
+def top(item: Outcome) -> str:
     """The picture, or the reason why there is none; nothing if the command draws none."""
     if item.code:
         return f'<div class="reason">{escape(item.reason)}</div>'
@@ -103,7 +102,7 @@ def top(item: "Outcome") -> str:
     return f'<a class="picture" href="{address}">{image}</a>'
 
 
-def lines(item: "Outcome") -> "list[str]":
+def lines(item: Outcome) -> list[str]:
     """Sizes and time, the chief answers, what to be careful of, the files, all answers."""
     found = []
     if facts := item.facts:
