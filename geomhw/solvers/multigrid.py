@@ -40,13 +40,18 @@ class MultigridSolver:
         self._matrix.sort_indices()  # one order of work, whatever the history of the matrix
         if self._free.size:
             # No entry is taken as weak: cotan weights vary with the shapes of faces, not with a direction of decay.
-            self._levels: Any = smoothed_aggregation_solver(
+            levels = smoothed_aggregation_solver(
                 sp.csr_matrix(self._matrix),
                 strength=None,
                 smooth=("jacobi", {"omega": 4 / 3, "weighting": "local"}),  # others draw random vectors
                 max_coarse=200,
                 coarse_solver="splu",
-            ).aspreconditioner(cycle="V")
+            )
+            for level in levels.levels[1:]:
+                level.A = sp.csr_matrix(level.A)  # not in blocks of one, which are swept at half the speed
+            for level in levels.levels[:-1]:
+                level.P, level.R = sp.csr_matrix(level.P), sp.csr_matrix(level.R)
+            self._levels: Any = levels.aspreconditioner(cycle="V")
 
     def __call__(self, rhs: Floats) -> Floats:
         """x, (n,), zero where not free; ConvergenceError if the iteration stops short."""
