@@ -1,5 +1,6 @@
 """``geomhw advect``: a color carried by a field."""
 
+from functools import partial
 from pathlib import Path
 
 import click
@@ -39,6 +40,7 @@ def advect(
     gif: Path | None,
     mp4: Path | None,
     png: Path | None,
+    width: int,
     csv: Path | None,
     tracers: int | None,
     as_json: bool,
@@ -76,7 +78,7 @@ def advect(
                 cloud = tracing.cloud(carried, flow.field, frame["color"])
             reel.add(frame.report["time"], frame, frame.report, cloud)
             bar(frame.report["step"] / steps)
-    reel.finish(flow_film, contact_sheet)
+    reel.finish(partial(flow_film, width=width), contact_sheet)
     low, high = reel.rows[-1]["color_min"], reel.rows[-1]["color_max"]
     parameters = {
         "field": field_spec,

@@ -1,5 +1,6 @@
 """``geomhw fluid``: incompressible flow on a surface."""
 
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -70,6 +71,7 @@ def fluid(
     gif: Path | None,
     mp4: Path | None,
     png: Path | None,
+    width: int,
     csv: Path | None,
     as_json: bool,
     quiet: bool,
@@ -123,7 +125,7 @@ def fluid(
             raise
         kept = f"{reel.series.path} is valid up to step {reel.rows[-1]['step']}"
         raise click.ClickException(f"interrupted; {kept}, go on with --restart {reel.checkpoint}") from None
-    reel.finish(flow_film, contact_sheet)
+    reel.finish(partial(flow_film, width=width), contact_sheet)
     first, last = reel.rows[0], reel.rows[-1]
     lines = [f"time: {last['time']:.6g} after {last['step']} steps, {len(reel.rows)} frames"]
     if first["energy"]:

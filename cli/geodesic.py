@@ -1,5 +1,6 @@
 """``geomhw geodesic``: distance by the heat method."""
 
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +22,14 @@ from geomhw_cli.sources import SourceSpecs, shortened, source_line
 @options.output_option
 @options.png_option
 @options.no_png_option
+@options.width_option
+@click.option(
+    "--panel",
+    "panels",
+    type=click.Choice(["heat", "gradient", "divergence", "distance"]),
+    multiple=True,
+    help="What the picture shows; may be repeated.  [default: heat, divergence, distance]",
+)
 @options.json_option
 @options.quiet_option
 def geodesic(
@@ -34,6 +43,8 @@ def geodesic(
     outputs: tuple[Path, ...],
     png: Path | None,
     no_png: bool,
+    width: int,
+    panels: tuple[str, ...],
     as_json: bool,
     quiet: bool,
 ) -> None:
@@ -57,7 +68,7 @@ def geodesic(
       geomhw geodesic data/strip.off --source boundary --source face:17:0.2,0.3,0.5 --no-png
     """
     from geomhw.methods.heat_distance import HeatDistance
-    from geomhw.render.pictures import geodesic_picture
+    from geomhw.render.pictures import HEAT_METHOD, geodesic_picture
 
     job = Job.plan(
         "geodesic",
@@ -72,7 +83,7 @@ def geodesic(
     mesh = job.read()
     with job.stage("compute"):
         result = HeatDistance(mesh, time, robust, refine, boundary, solver).from_sources(sources.on(mesh))
-    job.write(result, geodesic_picture)
+    job.write(result, partial(geodesic_picture, width=width, panels=panels or HEAT_METHOD))
     report = result.report
     farthest, t = report["farthest"], report["time"]
     lines = [

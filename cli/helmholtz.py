@@ -1,5 +1,6 @@
 """``geomhw helmholtz``: a field as curl-free + divergence-free + harmonic."""
 
+from functools import partial
 from pathlib import Path
 
 import click
@@ -20,6 +21,7 @@ from geomhw_cli.job import Job
 @options.output_option
 @options.png_option
 @options.no_png_option
+@options.width_option
 @options.json_option
 @options.quiet_option
 def helmholtz(
@@ -28,6 +30,7 @@ def helmholtz(
     outputs: tuple[Path, ...],
     png: Path | None,
     no_png: bool,
+    width: int,
     as_json: bool,
     quiet: bool,
 ) -> None:
@@ -65,7 +68,7 @@ def helmholtz(
         field = read_field(field_spec, mesh)
     with job.stage("compute"):
         result = HelmholtzDecomposition(mesh)(face_vectors(mesh, field))
-    job.write(result, helmholtz_picture)
+    job.write(result, partial(helmholtz_picture, width=width))
     shares = result.report["energy_shares"]
     lines = [
         f"{name.replace('_', '-')}: {shares[name]:.4%} of the energy" for name in ("curl_free", "coexact", "harmonic")

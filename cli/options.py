@@ -70,6 +70,14 @@ output_option = click.option(
 )
 
 png_option = click.option("--png", metavar="FILE", type=FILE, help="Picture.")
+width_option = click.option(
+    "--width",
+    metavar="PX",
+    type=click.IntRange(120, 4000),
+    default=600,
+    show_default=True,
+    help="Width of each panel of a picture, in pixels.",
+)
 no_png_option = click.option("--no-png", is_flag=True, help="No picture.")
 json_option = click.option("--json", "as_json", is_flag=True, help="Print the whole report as JSON.")
 quiet_option = click.option("-q", "--quiet", is_flag=True, help="Print nothing but errors.")

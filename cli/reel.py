@@ -41,6 +41,7 @@ def reel_options(command: Callable[..., None]) -> Callable[..., None]:
             "--mp4", metavar="FILE", type=options.FILE, help="Film of the frames as MP4; needs imageio-ffmpeg."
         ),
         click.option("--png", metavar="FILE", type=options.FILE, help="Contact sheet of up to twelve frames."),
+        options.width_option,
         click.option("--csv", metavar="FILE", type=options.FILE, help="Table with a line a frame."),
         click.option(
             "--tracers",

@@ -16,9 +16,12 @@ FIELD_HELP = (
     "rotation:AXIS (tangential, unit length, times 10 h), rigid:AXIS (one radian a unit of time), AXIS being x, y, z "
     "or X,Y,Z; or FILE:ARRAY, per face or per vertex"
 )
-COLOR_HELP = "hue, stripes, x, y, z, blob:SOURCE (a vertex, face:17, max-y, near:X,Y,Z, ...), or FILE:ARRAY per vertex"
+COLOR_HELP = (
+    "hue (cos²(3z)), hue:AXIS (the same along an axis, from -1 to 1 over the mesh), stripes, x, y, z, blob:SOURCE (a "
+    "vertex, face:17, max-y, near:X,Y,Z, ...), or FILE:ARRAY per vertex"
+)
 FLOW_HELP = "random:SEED[:WAVES], rossby-haurwitz:DEGREE, vortices:V1=+1,V2=-1, harmonic:K"
-_KINDS = ("rotation", "rigid", "random", "blob", "rossby-haurwitz", "vortices", "harmonic")
+_KINDS = ("hue", "rotation", "rigid", "random", "blob", "rossby-haurwitz", "vortices", "harmonic")
 _AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 
@@ -80,6 +83,8 @@ def color(spec: str, mesh: "TriangleMesh") -> "Floats":
         return np.array(mesh.vertices[:, "xyz".index(spec)])
     if spec == "hue":
         return hue_stripes(mesh)
+    if kind == "hue":
+        return hue_stripes(mesh, axis(rest))
     if spec == "stripes":
         return np.cos(5 * mesh.vertices[:, 2])
     if kind == "blob":

@@ -1,6 +1,7 @@
 """``geomhw vecdiffuse``: vectors diffused and transported over a surface."""
 
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -66,6 +67,7 @@ if TYPE_CHECKING:
 @options.output_option
 @options.png_option
 @options.no_png_option
+@options.width_option
 @options.json_option
 @options.quiet_option
 def vecdiffuse(
@@ -81,6 +83,7 @@ def vecdiffuse(
     outputs: tuple[Path, ...],
     png: Path | None,
     no_png: bool,
+    width: int,
     as_json: bool,
     quiet: bool,
 ) -> None:
@@ -119,7 +122,7 @@ def vecdiffuse(
         where = sources.on(mesh)
         start = _vectors(mesh, where, vectors, angles, seeds)
         result = transport_over_times(mesh, where, start, times or ("auto",), connection, robust, solver)  # type: ignore[arg-type]
-    job.write(result, transport_picture)
+    job.write(result, partial(transport_picture, width=width))
     report = result.report
     lines = [source_line(report["sources"])]
     lines += [f"dt: {step['t']:.6g} ({step['reason']})" for step in report["times"]]

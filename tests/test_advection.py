@@ -6,7 +6,7 @@ from conftest import zoo_mesh
 from scipy.sparse.linalg import expm_multiply
 
 from geomhw.errors import ConvergenceError, FieldError
-from geomhw.mesh.primitives import icosphere
+from geomhw.mesh.primitives import grid, icosphere
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.methods.advection import FlowMap, frames
 from geomhw.methods.flow_fields import blob, hue_stripes, random_field, rigid_field, rotation_field
@@ -133,6 +133,17 @@ def test_handouts_defaults() -> None:
     np.testing.assert_allclose(colors.min(axis=1), 0)
     red = np.cos(3 * mesh.vertices[:, 2]) ** 2 > 1 - 1e-12
     np.testing.assert_allclose(colors[red], np.broadcast_to([1.0, 0, 0], colors[red].shape), atol=1e-9)
+
+
+def test_hues_along_an_axis() -> None:
+    """From -1 to 1 over the mesh they are those of z, and they stay so at any size, place and way it is turned."""
+    mesh = icosphere(2)
+    given = hue_stripes(mesh)
+    np.testing.assert_allclose(hue_stripes(mesh, np.array([0, 0, 5.0])), given, atol=1e-12)
+    moved = TriangleMesh(300 * mesh.vertices[:, [1, 2, 0]] + [7, 80, -9], mesh.faces)
+    np.testing.assert_allclose(hue_stripes(moved, np.array([0, 1.0, 0])), given, atol=1e-9)
+    flat = hue_stripes(grid(3, 3), np.array([0, 0, 1.0]))
+    np.testing.assert_allclose(flat, np.broadcast_to([1.0, 0, 0], flat.shape), atol=1e-12)
 
 
 def test_frames() -> None:

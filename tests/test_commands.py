@@ -11,6 +11,8 @@ import numpy as np
 import pytest
 from click.testing import CliRunner, Result
 from conftest import needs_reference, reference, split_diagonals, zoo_mesh
+from PIL import Image
+from test_render import needs_opengl
 
 from geomhw.comparison import Ignored, Tolerance, compare_named
 from geomhw.io import read, write
@@ -324,6 +326,20 @@ def test_installed_program(command: list[str]) -> None:
     done = subprocess.run([*command, "geodesic", "ball.off", "--json"], capture_output=True, text=True, check=True)
     assert json.loads(done.stdout)["farthest"]["vertex"] >= 0
     assert done.stderr == ""
+
+
+@needs_opengl
+def test_panels_and_width() -> None:
+    """A picture of the panels asked for, each as wide; another name is refused, with those that there are."""
+    save_off(icosphere(2))
+    asked = ["--panel", "gradient", "--panel", "divergence", "--width", "150"]
+    assert run("geodesic", "ball.off", *asked).exit_code == 0
+    with Image.open("ball.geodesic.png") as picture:
+        assert picture.size[0] == 300
+    refused = run("geodesic", "ball.off", "--panel", "flux")
+    assert refused.exit_code == 2
+    assert "'gradient'" in refused.stderr
+    assert run("geodesic", "ball.off", "--width", "3").exit_code == 2
 
 
 @pytest.mark.parametrize("command", list(program.commands))

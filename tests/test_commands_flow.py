@@ -189,6 +189,15 @@ def test_defaults_in_the_help(command: str) -> None:
 
 @needs_opengl
 @both
+def test_width(command: str) -> None:
+    """A film whose panels are as wide as asked: one for advect, two for fluid."""
+    assert run(command, "ball.off", *SHORT, "--width", "150", "--gif", "small.gif").exit_code == 0
+    with Image.open("small.gif") as gif:
+        assert gif.size[0] == 150 * (1 if command == "advect" else 2)
+
+
+@needs_opengl
+@both
 def test_gif_and_sheet(command: str) -> None:
     """A GIF of as many frames as the series, no two the same, and a sheet with all of them on one picture."""
     answer = run(command, "ball.off", *FILM, "--gif", "flow.gif", "--png", "flow.png")

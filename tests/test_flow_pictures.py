@@ -17,6 +17,9 @@ BALL = icosphere(2)
 SPIN = np.cross([0.0, 1.0, 0.0], BALL.face_centers)
 REST = np.zeros_like(SPIN)
 MAGENTA = "#ff00ff"
+#: The sphere's faces that look at the viewer, and those on the far side; and the vertex nearest to the viewer.
+TOWARD = BALL.face_normals @ choose_view(BALL).axes[2]
+TOWARD_VERTEX = int((BALL.vertices @ choose_view(BALL).axes[2]).argmax())
 
 Pictures = list[np.ndarray]
 
@@ -99,10 +102,44 @@ def test_arrows(monkeypatch: pytest.MonkeyPatch) -> None:
     assert fast - rest > 2 * (slow - rest)
 
 
+@needs_opengl
+def test_a_flow_that_fades(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Frames that hardly move take nothing from the scale of one that does."""
+    monkeypatch.setattr(flow_pictures, "ARROW_COLOR", MAGENTA)
+    alone = film(moment(0.5, SPIN))[0]
+    fading = film(moment(0.5, SPIN), *[moment(0.5, 1e-3 * SPIN)] * 9)
+    np.testing.assert_array_equal(fading[0], alone)
+    assert count(fading[1], MAGENTA) < 0.1 * count(alone, MAGENTA)
+
+
+@needs_opengl
+def test_one_fast_face(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its arrow is longer than the others, but hides nothing, however fast it is."""
+    monkeypatch.setattr(flow_pictures, "ARROW_COLOR", MAGENTA)
+    front = int(TOWARD.argmax())
+    even, fast, faster = (np.array(SPIN) for _ in range(3))
+    fast[front] *= 50
+    faster[front] *= 5000
+    ink = [count(film(moment(0.5, velocity))[0], MAGENTA) for velocity in (even, fast, faster)]
+    assert ink[1] > ink[0] + 100
+    assert ink[1] == ink[2] < 1.5 * ink[0]
+
+
+@needs_opengl
+@pytest.mark.usefixtures("_same_view")
+def test_values_that_were_never_there() -> None:
+    """A value beyond those at the start is the method's error, and changes the picture where it is, not elsewhere."""
+    middling = np.full(BALL.n_vertices, 0.2)
+    wrong = middling.copy()
+    wrong[TOWARD_VERTEX] = -50.0
+    _, right, beside = film(moment(BALL.vertices[:, 0]), moment(middling), moment(wrong))
+    changed = np.abs(right - beside).max(axis=2)
+    assert 1000 < (changed > 30).sum() < 0.05 * changed.size
+    assert (changed > 0).sum() < 0.07 * changed.size
+
+
 # -- streaks -----------------------------------------------------------------------------------------------------
 
-#: The sphere's faces that look at the viewer, and those on the far side.
-TOWARD = BALL.face_normals @ choose_view(BALL).axes[2]
 WHITE = "#ffffff"
 
 

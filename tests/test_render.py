@@ -51,6 +51,7 @@ def geodesic_result(mesh=BALL):
         Field("divergence", "vertex", np.cos(distance / radius)),
         Field("distance", "vertex", distance),
         Field("direction", "face", direction),
+        Field("heat_gradient", "face", -direction * np.exp(-20 * distance[mesh.faces].mean(axis=1))[:, None]),
     ]
     far = int(distance.argmax())
     report = {"sources": [int(y.argmax())], "farthest": {"vertex": far, "distance": float(distance[far])}}
@@ -235,6 +236,33 @@ def test_geodesic_picture_shows_what_it_should():
 
 
 @needs_opengl
+def test_panels_of_the_geodesic_picture():
+    """Those named, in that order, as wide as asked; the gradient is brightest at its source, with arrows towards it."""
+    result = geodesic_result()
+    image = geodesic_picture(result, width=300, panels=["gradient", "distance"]).astype(int)
+    assert image.shape[1] == 600
+    np.testing.assert_array_equal(image[:, 300:], geodesic_picture(result, width=300, panels=["distance"]))
+    brightness = image[40:300, :300].sum(axis=2)
+    top, bottom = brightness[60:100, 130:170], brightness[200:240, 130:170]
+    assert np.median(top) > np.median(bottom) + 150
+    assert count(image[40:300, :300], "#14171c", 40) > 500
+    with pytest.raises(FieldError, match="no panel 'flux'"):
+        geodesic_picture(result, panels=["flux"])
+
+
+@needs_opengl
+def test_length_of_faint_gradients():
+    """Lengths whose squares are no numbers have a color of their own, not that of zero."""
+    result = geodesic_result()
+    faint = [Field(f.name, f.location, f.values * (1e-200 if f.name == "heat_gradient" else 1)) for f in result.fields]
+    one, other = (
+        geodesic_picture(r, width=300, panels=["gradient"]).astype(int)[40:300]
+        for r in (result, Result(BALL, faint, result.report))
+    )
+    assert np.mean(np.abs(one - other).max(axis=2) > 8) < 1e-3
+
+
+@needs_opengl
 def test_same_bytes_twice():
     first, second = (geodesic_picture(geodesic_result(), size=(900, 360)) for _ in range(2))
     assert first.tobytes() == second.tobytes()
@@ -285,6 +313,14 @@ def test_frames_of_a_film_match_single_pictures():
         film = [drawing(panels) for panels in frames]
     for panels, image in zip(frames, film, strict=True):
         np.testing.assert_array_equal(image, draw(BALL, panels, SIZE, view=view))
+
+
+@needs_opengl
+@pytest.mark.parametrize("mesh", [BALL, primitives.grid(20, 4)], ids=["ball", "wide"])
+def test_width_of_panels(mesh):
+    """Half as wide is half as tall, but for text, which stays legible."""
+    large, small = (draw(mesh, [Panel(surface=Surface(bar=False))] * 2, width=width) for width in (600, 300))
+    assert (large.shape[0] / 2, large.shape[1] / 2) == pytest.approx(small.shape[:2], abs=1)
 
 
 @needs_opengl

@@ -288,3 +288,13 @@ def test_stray_vertices_have_no_point():
     shell = creases.shell(stray)
     assert 0 not in shell.origin
     np.testing.assert_array_equal(shell.origin[shell.faces], stray.faces)
+
+
+@pytest.mark.parametrize(
+    ("value", "digits", "text"),
+    [(4264.87, 4, "4265"), (1000.0, 3, "1000"), (123456.7, 3, "123000"), (0.33712, 3, "0.337"), (-2.5, 2, "−2.5"),
+     (2.04e-5, 3, "2.04×10⁻⁵"), (3e7, 4, "3×10⁷"), (0.0, 3, "0"), (999999.9, 3, "1×10⁶")],
+)  # fmt: skip
+def test_plain_numbers(value, digits, text):
+    """No power of ten where one can do without."""
+    assert colors.plain_number(value, digits) == text

@@ -23,13 +23,25 @@ def rotation_field(mesh: TriangleMesh, axis: Floats) -> Floats:
     return np.asarray(10 * mesh.mean_edge_length * unit(rigid_field(mesh, axis)))
 
 
-def hue_stripes(mesh: TriangleMesh) -> Floats:
-    """The handout's colors, (n, 3) in 0..1: hue cos²(3z), full saturation and value."""
-    hue = np.cos(3 * mesh.vertices[:, 2]) ** 2
+def hue_stripes(mesh: TriangleMesh, axis: Floats | None = None) -> Floats:
+    """The handout's colors, (n, 3) in 0..1: hue cos²(3z), full saturation and value.
+
+    axis: a direction, along which the mesh is taken to reach from -1 to 1, whatever its size; None takes z as it is.
+    """
+    height = mesh.vertices[:, 2] if axis is None else _from_end_to_end(mesh, axis)
+    hue = np.cos(3 * height) ** 2
     # Each channel is a trapezoid of the hue, a third of a turn apart.
     offset = np.array([0.0, 2 / 3, 1 / 3])
     distance = np.abs((hue[:, None] + offset + 0.5) % 1 - 0.5)
     return np.clip(2 - 6 * distance, 0, 1)
+
+
+def _from_end_to_end(mesh: TriangleMesh, axis: Floats) -> Floats:
+    """How far along an axis each vertex is, (n,), from -1 to 1 over the mesh; zero where it has no extent."""
+    height = mesh.vertices @ unit(np.asarray(axis, dtype=float))
+    used = height[np.unique(mesh.faces)]
+    half = np.ptp(used) / 2
+    return np.asarray((height - used.min()) / half - 1 if half > 0 else np.zeros_like(height))
 
 
 def blob(mesh: TriangleMesh, vertex: int) -> Floats:

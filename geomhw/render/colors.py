@@ -134,6 +134,19 @@ def tick_labels(values: Floats) -> tuple[list[str], str]:
     return texts, f"×10{superscript(power)}" if power else ""
 
 
+def plain_number(value: float, digits: int) -> str:
+    """A number to so many digits, without a power of ten while it is between a thousandth and a million.
+
+    >>> plain_number(4264.87, 4), plain_number(1000.0, 3), plain_number(2e-5, 3)
+    ('4265', '1000', '2×10⁻⁵')
+    """
+    rounded = float(f"{value:.{digits}g}")
+    if rounded == 0 or 1e-3 <= abs(rounded) < 1e6:
+        return f"{rounded:.{max(digits, 6)}g}".replace("-", "−")
+    mantissa, power = f"{rounded:.{digits - 1}e}".split("e")
+    return f"{float(mantissa):g}×10{superscript(int(power))}".replace("-", "−")
+
+
 def superscript(number: int) -> str:
     """An integer in raised digits."""
     return str(number).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))

@@ -8,7 +8,7 @@ import numpy as np
 from geomhw.mesh.arrays import Floats
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.render.layers import LIGHT, Arrows, Panel, Streaks, Surface, Theme
-from geomhw.render.panels import Drawing
+from geomhw.render.panels import PANEL_WIDTH, Drawing
 from geomhw.render.scene import Image
 from geomhw.render.view import choose_view
 from geomhw.results import Cloud, Result
@@ -16,7 +16,7 @@ from geomhw.results import Cloud, Result
 ARROW_COLOR = "#14171c"
 #: Spacing of arrows as a fraction of the panel.
 SPACING = 0.05
-#: The share of the speeds, over the film, that are drawn no longer than the spacing.
+#: The share of the speeds, in each frame, that are drawn no longer than the spacing.
 TYPICAL_SPEED = 0.95
 #: How far a typical speed takes a streak, as a share of √area; tracers remember more than that.
 STREAK = 0.1
@@ -28,7 +28,9 @@ OUTLIERS = 0.005
 ROUNDING = 1e-9
 
 
-def flow_film(results: Sequence[Result], clouds: Sequence[Cloud] = (), theme: Theme = LIGHT) -> Iterator[Image]:
+def flow_film(
+    results: Sequence[Result], clouds: Sequence[Cloud] = (), theme: Theme = LIGHT, width: int = PANEL_WIDTH
+) -> Iterator[Image]:
     """A picture a frame: the color with the velocity as arrows and, where there is one, the vorticity.
 
     clouds: the tracers of each frame, which are drawn instead of arrows: as streaks of the last of the time, as much of
@@ -37,7 +39,7 @@ def flow_film(results: Sequence[Result], clouds: Sequence[Cloud] = (), theme: Th
     mesh = results[0].mesh
     colors = _limits([np.asarray(result["color"]) for result in results])
     speeds = np.stack([np.linalg.norm(np.asarray(result["velocity"]), axis=1) for result in results])
-    speed = float(np.quantile(speeds, TYPICAL_SPEED))
+    speed = float(np.quantile(speeds, TYPICAL_SPEED, axis=1).max())  # of the fastest frame: a flow may fade, or grow
     with_vorticity = any(field.name == "vorticity" for field in results[0].fields)
     swirl = max((_swirl(result) for result in results), default=0.0) if with_vorticity else 0.0
     swirl = max(swirl, ROUNDING * speed / mesh.mean_edge_length) if swirl else 0.0
@@ -48,7 +50,7 @@ def flow_film(results: Sequence[Result], clouds: Sequence[Cloud] = (), theme: Th
         note = f"streaks: the last {duration:.3g} of time" if speed else ""
         layers = [{"streaks": _streaks(mesh, cloud, duration), "note": note} for cloud in clouds]
     panels = [_panels(result, colors, swirl, layer) for result, layer in zip(results, layers, strict=True)]
-    with Drawing(mesh, panels[0], view=view, theme=theme) as drawing:
+    with Drawing(mesh, panels[0], view=view, theme=theme, width=width) as drawing:
         for each in panels:
             yield drawing(each)
 
@@ -104,7 +106,13 @@ def _swirl(result: Result) -> float:
 
 
 def _limits(colors: Sequence[Floats]) -> tuple[float, float] | None:
-    """Least and largest of all frames; None for RGB."""
+    """Least and largest at the start, for what is carried along has no other values; None for RGB.
+
+    Of a constant, those of all frames.
+    """
     if colors[0].ndim == 2:
         return None
+    low, high = float(colors[0].min()), float(colors[0].max())
+    if low < high:
+        return low, high
     return min(float(c.min()) for c in colors), max(float(c.max()) for c in colors)

@@ -14,9 +14,9 @@ from geomhw.render.layers import LIGHT, Arrows, Marker, Panel, Theme
 from geomhw.render.scene import SUPERSAMPLING, Image, Stage
 from geomhw.render.view import View, choose_view, visible
 
-#: Width of a panel, and how tall and how flat its stage may get, in pixels.
+#: Width of a panel in pixels; and how flat and how tall its stage may get, in widths.
 PANEL_WIDTH = 600
-STAGE_HEIGHT = (200, 640)
+STAGE_HEIGHT = (1 / 3, 16 / 15)
 #: A mesh this much wider than tall has its panels one below the other.
 WIDE = 3.0
 
@@ -42,8 +42,8 @@ class Drawing:
     """A sheet of panels with its window kept open, to be drawn again and again: the frames of a film.
 
     panels: those of the first frame; later ones must be as many. size: of the whole picture, in pixels; None makes
-    panels 600 wide and as tall as the mesh needs. columns: panels in a row; None puts all in one row, or wide meshes
-    one below the other.
+    panels as wide as ``width`` says and as tall as the mesh needs. columns: panels in a row; None puts all in one row,
+    or wide meshes one below the other, twice as wide.
 
     >>> with Drawing(mesh, frames[0]) as drawing:  # doctest: +SKIP
     ...     images = [drawing(panels) for panels in frames]
@@ -57,11 +57,12 @@ class Drawing:
         columns: int | None = None,
         view: View | None = None,
         theme: Theme = LIGHT,
+        width: int = PANEL_WIDTH,
     ) -> None:
         view = view or choose_view(mesh, [marker.vertex for panel in panels for marker in panel.markers])
         self.columns = columns or (1 if view.aspect > WIDE else len(panels))
         rows = -(-len(panels) // self.columns)
-        self.layout = _layout(panels, view, size and (size[0] // self.columns, size[1] // rows))
+        self.layout = _layout(panels, view, size and (size[0] // self.columns, size[1] // rows), width)
         self.size = size or (self.columns * self.layout.width, rows * self.layout.height)
         self.stage = Stage(mesh, (self.layout.width, self.layout.stage), view, theme)
 
@@ -94,21 +95,23 @@ def draw(
     columns: int | None = None,
     view: View | None = None,
     theme: Theme = LIGHT,
+    width: int = PANEL_WIDTH,
 ) -> Image:
     """One picture, (height, width, 3); what the arguments mean is said at ``Drawing``."""
-    with Drawing(mesh, panels, size, columns, view, theme) as drawing:
+    with Drawing(mesh, panels, size, columns, view, theme, width) as drawing:
         return drawing(panels)
 
 
-def _layout(panels: Sequence[Panel], view: View, size: tuple[int, int] | None) -> Layout:
+def _layout(panels: Sequence[Panel], view: View, size: tuple[int, int] | None, width: int) -> Layout:
     single = view.aspect > WIDE
-    width = size[0] if size else PANEL_WIDTH * (2 if single else 1)
+    flattest, tallest = (round(share * width) for share in STAGE_HEIGHT)
+    width = size[0] if size else width * (2 if single else 1)
     text = int(np.clip(width // 36, 9, 18))
     title = round(2.6 * text) if any(panel.title for panel in panels) else 0
     bar = round(3.4 * text) if any(panel.surface.values is not None and panel.surface.bar for panel in panels) else 0
     noted = any(panel.note or _scaled(panel) for panel in panels)
     note = round(1.8 * text) if noted else 0
-    fitting = int(np.clip(width / view.aspect * 1.08, *STAGE_HEIGHT))
+    fitting = int(np.clip(width / view.aspect * 1.08, flattest, tallest))
     stage = max(size[1] - title - bar - note, 16) if size else fitting
     return Layout(width, stage, text, title, bar, note)
 

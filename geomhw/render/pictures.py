@@ -1,12 +1,14 @@
 """The pictures of the commands, each from a Result alone."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
+from geomhw.errors import FieldError
 from geomhw.mesh.arrays import Floats
 from geomhw.render.layers import LIGHT, Arrows, Marker, Panel, Surface, Theme
-from geomhw.render.panels import draw
+from geomhw.render.panels import PANEL_WIDTH, draw
 from geomhw.render.scene import Image
 from geomhw.render.source_marks import source_marks
 from geomhw.results import Result
@@ -14,37 +16,68 @@ from geomhw.results import Result
 SOURCE_COLOR = "#c2185b"
 FARTHEST_COLOR = "#0b57d0"
 ISOLINES = 20
+#: The panels that `geodesic_picture` draws if it is not told which.
+HEAT_METHOD = ("heat", "divergence", "distance")
 
 
-def geodesic_picture(result: Result, size: tuple[int, int] | None = None, theme: Theme = LIGHT) -> Image:
-    """Three steps of the heat method: heat and the directions it flows away in, their divergence, the distance."""
-    distance = np.asarray(result["distance"])
+def geodesic_picture(
+    result: Result,
+    size: tuple[int, int] | None = None,
+    theme: Theme = LIGHT,
+    width: int = PANEL_WIDTH,
+    panels: Sequence[str] = HEAT_METHOD,
+) -> Image:
+    """Steps of the heat method, a panel each: ``heat`` and the directions it flows away in, its ``gradient``, the
+    ``divergence`` of the directions, the ``distance``. FieldError for other names."""
     sources, curves = source_marks(result, SOURCE_COLOR, labels=True)
+    points = [replace(marker, label="") for marker in sources]
+    drawn = []
+    for name in panels:
+        if name == "heat":
+            drawn.append(replace(_heat(result), markers=points, curves=curves))
+        elif name == "gradient":
+            drawn.append(replace(_gradient(result), markers=points, curves=curves))
+        elif name == "divergence":
+            drawn.append(_divergence(result))
+        elif name == "distance":
+            drawn.append(replace(_distance(result), markers=[*sources, _farthest(result)], curves=curves))
+        else:
+            raise FieldError(f"there is no panel '{name}'; choose from heat, gradient, divergence, distance")
+    return draw(result.mesh, drawn, size, theme=theme, width=width)
+
+
+def _heat(result: Result) -> Panel:
+    surface = Surface(result["heat"], colormap="inferno", span=(0.48, 1.0), log=True)
+    return Panel("heat u, and directions −∇u / |∇u|", surface, arrows=[Arrows(np.asarray(result["direction"]))])
+
+
+def _gradient(result: Result) -> Panel:
+    """Its length as a color, by powers of ten, and where it points: up, to the source."""
+    slope = np.asarray(result["heat_gradient"])
+    length = np.hypot(np.hypot(slope[:, 0], slope[:, 1]), slope[:, 2])  # the squares of faint heat would be zero
+    surface = Surface(length, "face", colormap="inferno", span=(0.48, 1.0), log=True)
+    return Panel("gradient of the heat ∇u, and its length", surface, arrows=[Arrows(-np.asarray(result["direction"]))])
+
+
+def _divergence(result: Result) -> Panel:
+    surface = Surface(result["divergence"], colormap="RdBu_r", symmetric=True, outliers=0.02)
+    return Panel("divergence of the directions", surface)
+
+
+def _distance(result: Result) -> Panel:
+    distance = np.asarray(result["distance"])
+    surface = Surface(distance, colormap="viridis", limits=_from_zero(distance), isolines=ISOLINES)
+    return Panel("geodesic distance", surface)
+
+
+def _farthest(result: Result) -> Marker:
     far = result.report["farthest"]
-    farthest = Marker(far["vertex"], f"farthest {far['vertex']}: {far['distance']:.4g}", FARTHEST_COLOR)
-    panels = [
-        Panel(
-            "heat u, and directions −∇u / |∇u|",
-            Surface(result["heat"], colormap="inferno", span=(0.48, 1.0), log=True),
-            arrows=[Arrows(result["direction"])],
-            markers=[replace(marker, label="") for marker in sources],
-            curves=curves,
-        ),
-        Panel(
-            "divergence of the directions",
-            Surface(result["divergence"], colormap="RdBu_r", symmetric=True, outliers=0.02),
-        ),
-        Panel(
-            "geodesic distance",
-            Surface(distance, colormap="viridis", limits=_from_zero(distance), isolines=ISOLINES),
-            markers=[*sources, farthest],
-            curves=curves,
-        ),
-    ]
-    return draw(result.mesh, panels, size, theme=theme)
+    return Marker(far["vertex"], f"farthest {far['vertex']}: {far['distance']:.4g}", FARTHEST_COLOR)
 
 
-def helmholtz_picture(result: Result, size: tuple[int, int] | None = None, theme: Theme = LIGHT) -> Image:
+def helmholtz_picture(
+    result: Result, size: tuple[int, int] | None = None, theme: Theme = LIGHT, width: int = PANEL_WIDTH
+) -> Image:
     """A field and its three parts, all arrows to one scale: curl-free over its potential, coexact, harmonic."""
     fields = {name: np.asarray(result[name]) for name in ("field", "curl_free", "coexact", "harmonic")}
     lengths = np.linalg.norm(fields["field"], axis=1)
@@ -62,7 +95,7 @@ def helmholtz_picture(result: Result, size: tuple[int, int] | None = None, theme
         Panel(title, surface, arrows=[Arrows(fields[name], scale=scale, spacing=0.04)])
         for title, name, surface in parts
     ]
-    return draw(result.mesh, panels, size, columns=2, theme=theme)
+    return draw(result.mesh, panels, size, columns=2, theme=theme, width=width)
 
 
 def _from_zero(distance: Floats) -> tuple[float, float] | None:

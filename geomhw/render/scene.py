@@ -27,6 +27,8 @@ MARGIN = 0.03
 LIFT = 0.006
 #: How much wider the line round a streak is than the streak, and how dense.
 CASING, CASING_OPACITY = 0.6, 0.55
+#: No arrow is drawn longer than this many spacings, however long its vector.
+LONGEST = 2.5
 #: Arrows are drawn where the cosine between normal and line of sight is larger.
 RIM = 0.2
 
@@ -180,7 +182,7 @@ class Stage:
             return
         keep = usable[glyphs.spread(centers[usable], spacing)]
         full = length[keep] if arrows.scale is None else arrows.scale
-        drawn = vectors[keep] * (spacing / full * np.ones(len(keep)))[:, None]
+        drawn = vectors[keep] * np.minimum(spacing / full, LONGEST * spacing / length[keep])[:, None]
         front = np.where(normals[keep, 2:] < 0, -1.0, 1.0)  # on the side that is seen, of a sheet too
         lifted = centers[keep] + 0.1 * spacing * front * normals[keep] + [0, 0, LIFT]
         points, triangles = glyphs.arrow_triangles(lifted, drawn, normals[keep])

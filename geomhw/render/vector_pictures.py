@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 
 from geomhw.mesh.triangle_mesh import TriangleMesh
+from geomhw.render.colors import plain_number
 from geomhw.render.layers import LIGHT, Arrows, Panel, Surface, Theme
-from geomhw.render.panels import draw
+from geomhw.render.panels import PANEL_WIDTH, draw
 from geomhw.render.scene import Image
 from geomhw.render.source_marks import MOST_DISCS, source_marks, source_point
 from geomhw.render.view import View, choose_view
@@ -26,7 +27,9 @@ ROOM = 0.8 * SOURCE_LENGTH
 MOST_IN_A_ROW = 4
 
 
-def transport_picture(result: Result, size: tuple[int, int] | None = None, theme: Theme = LIGHT) -> Image:
+def transport_picture(
+    result: Result, size: tuple[int, int] | None = None, theme: Theme = LIGHT, width: int = PANEL_WIDTH
+) -> Image:
     """The transported field for each time, side by side, with the sources marked and the vectors there large.
 
     The view shows as many sources as it can; one that lies behind is a ring. Many sources are curves, and large arrows
@@ -42,7 +45,7 @@ def transport_picture(result: Result, size: tuple[int, int] | None = None, theme
         large = _large_arrows(result, longest)
         panels.append(
             Panel(
-                f"transported, dt = {step['t']:.4g} = {step['t_over_h2']:.3g} h²",
+                f"transported, dt = {plain_number(step['t'], 4)} = {plain_number(step['t_over_h2'], 3)} h²",
                 Surface(color=DARK_SURFACE),
                 arrows=[Arrows(field, "vertex", FIELD_COLOR, scale=longest, spacing=SPACING), *large],
                 markers=marks,
@@ -50,7 +53,8 @@ def transport_picture(result: Result, size: tuple[int, int] | None = None, theme
             )
         )
     columns = None if len(panels) <= MOST_IN_A_ROW else MOST_IN_A_ROW
-    return draw(result.mesh, panels, size, columns, _roomy_view(result.mesh, [mark.vertex for mark in marks]), theme)
+    view = _roomy_view(result.mesh, [mark.vertex for mark in marks])
+    return draw(result.mesh, panels, size, columns, view, theme, width)
 
 
 def _roomy_view(mesh: TriangleMesh, sources: Sequence[int]) -> View:
