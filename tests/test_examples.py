@@ -7,9 +7,12 @@ import sys
 from pathlib import Path
 
 import numpy as np
+import pytest
 from conftest import needs_reference, reference
 from PIL import Image
 from test_render import needs_opengl
+
+from geomhw.io import read
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 HANDOUT = EXAMPLES / "handout"
@@ -68,3 +71,60 @@ def test_flow_validation(tmp_path: Path) -> None:
         pixels = np.asarray(Image.open(tmp_path / name).convert("RGB"), dtype=int)
         for color in ((0x1B, 0x6C, 0xA8), (0xD1, 0x49, 0x5B), (0x8D, 0x99, 0xAE)):
             assert (np.abs(pixels - color).sum(axis=-1) < 12).sum() > 100
+
+
+# -- from Python -------------------------------------------------------------------------------------------------
+
+
+def numbers_of(name: str, folder: Path) -> list[float]:
+    """Runs a program of examples/python in a folder; the numbers that it prints."""
+    program = [sys.executable, str(EXAMPLES / "python" / f"{name}.py")]
+    printed = subprocess.run(program, check=True, capture_output=True, text=True, cwd=folder).stdout
+    return [float(word.replace(",", "")) for word in re.findall(r"-?\d[\d,]*(?:\.\d+)?(?:e-?\d+)?", printed)]
+
+
+def test_python_programs_are_short() -> None:
+    """Each is short enough to be read at once, and named in the README."""
+    programs = sorted((EXAMPLES / "python").glob("*.py"))
+    readme = (EXAMPLES / "python" / "README.md").read_text()
+    assert len(programs) == 5
+    for program in programs:
+        assert len([line for line in program.read_text().splitlines() if line]) <= 30
+        assert f"]({program.name})" in readme
+
+
+def test_python_distance(tmp_path: Path) -> None:
+    """Each point is nearer to the others than the one before, and the file has the distances from all."""
+    numbers_of("distance", tmp_path)
+    distance = np.asarray(read(tmp_path / "points.vtp")["distance"])
+    assert np.count_nonzero(distance == 0) == 5
+    assert 0.8 < distance.max() < 1.29
+
+
+def test_python_transport(tmp_path: Path) -> None:
+    """The vector comes back turned by the area, a quarter turn, to a tenth of a degree."""
+    found = numbers_of("transport", tmp_path)
+    np.testing.assert_allclose([found[-4], found[-1]], 90, atol=0.1)
+
+
+def test_python_decomposition(tmp_path: Path) -> None:
+    """Shares add up; the slope is found but for what the mesh takes for slope in the flow round the hole."""
+    *shares, off = numbers_of("decomposition", tmp_path)
+    assert sum(shares) == pytest.approx(100, abs=0.2)
+    assert min(shares) > 5
+    assert off < 1e-3
+
+
+def test_python_flow(tmp_path: Path) -> None:
+    """The vortices turn on, by some 30° from line to line, and energy is kept."""
+    found = numbers_of("flow", tmp_path)
+    angles, drift = np.array(found[1:8:2]), found[-1]
+    assert (np.diff(angles) > 20).all()
+    assert drift < 1e-9
+
+
+def test_python_own_operator(tmp_path: Path) -> None:
+    """The bracket of two turns comes nearer to the third with every refinement."""
+    errors = numbers_of("own_operator", tmp_path)[1::2]
+    assert errors[0] > 1.3 * errors[1] > 1.3**2 * errors[2]
+    assert errors[2] < 3

@@ -1,0 +1,18 @@
+"""Five points spread over a surface: each the one farthest from those before."""
+
+from pathlib import Path
+
+import geomhw
+
+mesh = geomhw.read_mesh(Path(__file__).parents[2] / "data" / "creature.obj")
+heat = geomhw.HeatDistance(mesh, refine=True)  # factors here, and answers quickly below
+
+points = [int(mesh.vertices[:, 1].argmax())]
+while len(points) < 5:
+    found = heat.from_vertices(points)
+    far = found.report["farthest"]
+    print(f"vertex {far['vertex']} is {far['distance']:.3f} from {points}")
+    points.append(far["vertex"])
+
+geomhw.write(heat.from_vertices(points), "points.vtp")
+print("distance from all five is in points.vtp")
