@@ -13,6 +13,7 @@ from PIL import Image
 from test_render import needs_opengl
 
 from geomhw.io import read
+from geomhw_cli.main import program
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 HANDOUT = EXAMPLES / "handout"
@@ -22,8 +23,8 @@ COURSE = {"0.337", "66.94074373"}
 
 def make_handout(out: Path, *arguments: str | Path) -> None:
     """Runs make there, with this test's Python, for an output folder."""
-    program = ["make", "-j2", "-C", HANDOUT, f"OUT={out}", f"PYTHON={sys.executable}", *arguments]
-    subprocess.run([*program, f"GEOMHW={sys.executable} -m geomhw_cli"], check=True, capture_output=True)
+    command = ["make", "-j2", "-C", HANDOUT, f"OUT={out}", f"PYTHON={sys.executable}", *arguments]
+    subprocess.run([*command, f"GEOMHW={sys.executable} -m geomhw_cli"], check=True, capture_output=True)
 
 
 @needs_opengl
@@ -56,11 +57,21 @@ def test_handout_on_the_course_mesh(tmp_path: Path) -> None:
     assert said == COURSE
 
 
+def test_links() -> None:
+    """Pages lead to files that are there, and each of the five methods has a page."""
+    pages = [EXAMPLES.parent / "README.md", *EXAMPLES.rglob("*.md")]
+    links = [(page, link) for page in pages for link in re.findall(r"\]\(([^)#\s]+)\)", page.read_text())]
+    assert len(links) > 40
+    assert [(page.name, link) for page, link in links if "://" not in link and not (page.parent / link).exists()] == []
+    methods = {"geodesic", "vecdiffuse", "advect", "fluid", "helmholtz"}
+    assert {page.stem for page in (EXAMPLES / "methods").glob("[!R]*.md")} == methods <= set(program.commands)
+
+
 def test_flow_validation(tmp_path: Path) -> None:
     """The figures tell the schemes apart, and both plots hold a curve of each one's color."""
     arguments = ["--levels", "1", "2", "--steps", "20", "-o", str(tmp_path)]
-    program = [sys.executable, str(EXAMPLES / "flow" / "validate.py"), *arguments]
-    printed = subprocess.run(program, check=True, capture_output=True, text=True).stdout
+    command = [sys.executable, str(EXAMPLES / "flow" / "validate.py"), *arguments]
+    printed = subprocess.run(command, check=True, capture_output=True, text=True).stdout
     rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in printed.splitlines() if line]
     errors = {(row[0], row[1]): float(row[3].rstrip(" %")) for row in rows if row[-1].endswith("%")}
     assert errors["162", "conservative"] < errors["42", "conservative"]
@@ -78,19 +89,19 @@ def test_flow_validation(tmp_path: Path) -> None:
 
 def numbers_of(name: str, folder: Path) -> list[float]:
     """Runs a program of examples/python in a folder; the numbers that it prints."""
-    program = [sys.executable, str(EXAMPLES / "python" / f"{name}.py")]
-    printed = subprocess.run(program, check=True, capture_output=True, text=True, cwd=folder).stdout
+    command = [sys.executable, str(EXAMPLES / "python" / f"{name}.py")]
+    printed = subprocess.run(command, check=True, capture_output=True, text=True, cwd=folder).stdout
     return [float(word.replace(",", "")) for word in re.findall(r"-?\d[\d,]*(?:\.\d+)?(?:e-?\d+)?", printed)]
 
 
 def test_python_programs_are_short() -> None:
     """Each is short enough to be read at once, and named in the README."""
-    programs = sorted((EXAMPLES / "python").glob("*.py"))
+    files = sorted((EXAMPLES / "python").glob("*.py"))
     readme = (EXAMPLES / "python" / "README.md").read_text()
-    assert len(programs) == 5
-    for program in programs:
-        assert len([line for line in program.read_text().splitlines() if line]) <= 30
-        assert f"]({program.name})" in readme
+    assert len(files) == 5
+    for file in files:
+        assert len([line for line in file.read_text().splitlines() if line]) <= 30
+        assert f"]({file.name})" in readme
 
 
 def test_python_distance(tmp_path: Path) -> None:
