@@ -30,6 +30,10 @@ ELSEWHERE = {
         "pip install .": "needs a network; test_packaging builds the wheel",
     },
     "examples/flow/README.md": {"make": "takes a minute; test_examples runs it on small spheres"},
+    "examples/handout/README.md": {
+        "make": "takes a minute; test_examples runs it",
+        "make MESH=../../data/genus2.off": "takes as long",
+    },
     "examples/golden/README.md": {"make": "is run by test_golden", "make renew": "is run by test_golden"},
 }
 
