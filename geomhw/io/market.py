@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from geomhw.io.tokens import parse_numbers
+from geomhw.io.numerals import parse_numbers
 
 _HEAD = re.compile(
     rb"%%MatrixMarket[ \t]+matrix[ \t]+(coordinate|array)[ \t]+(real|double|integer|complex|pattern)[ \t]+"

@@ -31,7 +31,7 @@ def _faces(lines: Lines, rows: Ints, vertex_rows: Ints) -> tuple[Ints, Ints]:
     if (few := sizes < 3).any():
         bad = int(np.argmax(few))
         raise FormatError(f"{lines.place(rows[bad])}: a face needs at least 3 corners, not {sizes[bad]}")
-    indices = whole(lines, rows, numbers.values, np.arange(len(numbers.values)), numbers)
+    indices = whole(lines, rows, numbers.values, None, numbers)
     corners = _absolute(indices, sizes, rows, vertex_rows)
     _check_range(lines, rows, indices, corners, sizes, len(vertex_rows))
     check_distinct(corners, sizes, lambda i: lines.place(rows[i]), base=1)

@@ -103,19 +103,31 @@ def _faces(lines: Lines, rows: Ints, n: int) -> tuple[Ints, Ints]:
         raise FormatError(
             f"{lines.place(rows[bad])}: the face says {sizes[bad]} corners, but {numbers.counts[bad] - 1} follow"
         )
-    at = ragged(numbers.begins + 1, sizes)
-    corners = whole(lines, rows, numbers.values[at], at, numbers)
+    corners = _corners(lines, rows, numbers, sizes)
     check_polygons(corners, sizes, n, lambda i: lines.place(rows[i]))
     return corners, sizes
 
 
-def whole(lines: Lines, rows: Ints, values: Floats | Ints, at: Ints, numbers: Numbers) -> Ints:
-    """Values as integers, or FormatError with the line of one that is none; ``at``: where in ``numbers`` they are."""
+def _corners(lines: Lines, rows: Ints, numbers: Numbers, sizes: Ints) -> Ints:
+    """The numbers behind the first of each line, as many as it says, flat."""
+    width = int(sizes[0])
+    alike = len(numbers.values) == (width + 1) * len(sizes) and (sizes == width).all()
+    if alike and numbers.values.dtype.kind == "i":
+        return numbers.values.reshape(-1, width + 1)[:, 1:].ravel()
+    at = ragged(numbers.begins + 1, sizes)
+    return whole(lines, rows, numbers.values[at], at, numbers)
+
+
+def whole(lines: Lines, rows: Ints, values: Floats | Ints, at: Ints | None, numbers: Numbers) -> Ints:
+    """Values as integers, or FormatError with the line of one that is none.
+
+    at: where in ``numbers`` they are, if they are not all of them.
+    """
     if values.dtype.kind != "f":
         return values
     bad = ~(np.abs(values) < 2.0**62) | (values != np.floor(values))
     if bad.any():
-        where = int(at[int(np.argmax(bad))])
+        where = int(np.argmax(bad)) if at is None else int(at[np.argmax(bad)])
         row = int(rows[np.searchsorted(numbers.begins, where, side="right") - 1])
         raise FormatError(f"{lines.place(row)}: '{numbers.values[where]:g}' is not a whole number")
     return values.astype(np.int64)

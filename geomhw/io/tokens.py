@@ -1,19 +1,23 @@
 """Numbers in a text file, parsed all at once, with the line each of them stands on kept for the message."""
 
 import re
-import warnings
+from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import islice
 from typing import Any, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
 
 from geomhw.errors import FormatError
-from geomhw.io.polygons import ragged
+from geomhw.io.numerals import parse_numbers
 from geomhw.mesh.arrays import Ints
 
 _NUMBER = re.compile(rb"[+-]?(\d+\.?\d*([eE][+-]?\d+)?|\.\d+([eE][+-]?\d+)?|nan|inf(inity)?)", re.IGNORECASE)
+_TOKEN = re.compile(rb"[^\x00-\x20]+")
 _SPACE, _NEWLINE, _SLASH = 32, 10, 47
+#: Bytes looked through at a time, and the rest of a line; bytes parsed at a time.
+BLOCK, BATCH = 1 << 16, 1 << 17
 
 
 @dataclass(frozen=True)
@@ -35,7 +39,8 @@ class Lines:
     """The tokens of a text file by line; blank lines do not count as lines, but do in the numbers that ``place`` says.
 
     All substitutions (byte-order mark, carriage returns, comments, continued lines) keep the length, so that a byte
-    offset means the same before and after.
+    offset means the same before and after. Kept of each line are where it starts and the number of its tokens; work
+    goes by blocks of whole lines, so that what it takes beyond the text and the numbers does not grow with them.
     """
 
     def __init__(self, name: str, data: bytes, *, comments: bool = False, continued: bool = False) -> None:
@@ -43,101 +48,150 @@ class Lines:
             raise FormatError(f"{name} is not a text file: it holds a zero byte")
         self.name = name
         self._physical = _plain_newlines(data)
-        text = self._physical.replace(b"\\ \n", b"   ").replace(b"\\\n", b"  ") if continued else self._physical
-        # Writable, and closed by a newline so that every token has a byte after it.
-        self._clean = np.frombuffer(bytearray(text + b"\n"), dtype=np.uint8)
-        if comments and b"#" in text:
-            _blank_comments(self._clean)
-        place = _place_type(len(self._clean))
-        self._starts = token_starts(self._clean).astype(place)
-        newlines = np.flatnonzero(self._clean == _NEWLINE).astype(place)
-        ends = np.searchsorted(self._starts, newlines).astype(place)
-        del newlines
-        counts = np.diff(ends, prepend=place(0))
-        filled = counts > 0
-        self.counts: Ints = counts[filled]
-        self._first = (ends - counts)[filled]
+        text = self._physical
+        if continued and b"\\" in text:
+            text = text.replace(b"\\ \n", b"   ").replace(b"\\\n", b"  ")
+        self._clean = _without_comments(text) if comments and b"#" in text else text
+        place = _place_type(len(data))
+        heads, counts = [np.empty(0, place)], [np.empty(0, place)]
+        for begin, end in _blocks(self._clean):
+            block_heads, block_counts = _lines_of(np.frombuffer(self._clean, np.uint8, end - begin, begin))
+            heads.append((block_heads + begin).astype(place))
+            counts.append(block_counts.astype(place))
+        self._heads: Ints = np.concatenate(heads)
+        self.counts: Ints = np.concatenate(counts)
 
     def __len__(self) -> int:
         return len(self.counts)
 
     def place(self, row: int) -> str:
         """Where that line is, for a message: ``moo.off, line 17``."""
-        return self._place(int(self._starts[self._first[row]]))
+        return self._place(int(self._heads[row]))
 
     def tokens(self, row: int) -> list[str]:
         """Tokens of one line, as text."""
-        begin = int(self._first[row])
-        return [self._token(int(at)) for at in self._starts[begin : begin + int(self.counts[row])]]
+        return [_shown(token) for token, _ in self._words(row)]
 
     def starting_with(self, word: str) -> Ints:
         """The lines whose first token is that word."""
-        heads = self._starts[self._first]
-        heads = heads[heads + len(word) < len(self._clean)]
-        fits = self._clean[heads + len(word)] <= _SPACE
+        letters = np.frombuffer(self._clean, np.uint8)
+        rows = np.arange(len(self), dtype=self._heads.dtype)
         for i, letter in enumerate(word):
-            fits &= self._clean[heads + i] == ord(letter)
-        return np.flatnonzero(fits)
+            rows = rows[letters[np.minimum(self._heads[rows] + i, len(letters) - 1)] == ord(letter)]
+        after = self._heads[rows] + len(word)
+        return np.asarray(rows[(after == len(letters)) | (letters[np.minimum(after, len(letters) - 1)] <= _SPACE)])
 
     def numbers(self, rows: Ints, *, keyword: str = "", whole: bool = False, attributes: bool = False) -> Numbers:
         """All numbers on these lines (ascending), or FormatError at the first token that is none.
 
-        keyword: the word that starts each line, passed over. whole: integers are expected, which parse ten times
+        keyword: the word that starts each line, passed over. whole: integers are expected, which parse several times
         faster; should there be others, the values are floats. attributes: of ``7/3/2``, take the 7.
         """
         counts = self.counts[rows] - bool(keyword)
         begins = np.cumsum(counts) - counts
-        if not counts.sum():
-            return Numbers(np.empty(0), begins, counts)
-        section = self._section(rows, len(keyword))
-        main = _main_parts(section) if attributes else None
-        text = section.tobytes()
-        values = parse_numbers(text, np.int64) if whole else None
+        parts = [np.empty(0)] if not counts.sum() else []
+        for some in self._batches(rows) if not parts else ():
+            values = self._parsed(some, len(keyword), whole, attributes)
+            # Fewer numbers than tokens: the integer parser reads the two of "- 2" as one. It never makes two of one.
+            if values is None or len(values) != self.counts[some].sum() - bool(keyword) * len(some):
+                self._complain(some, bool(keyword), attributes)
+            parts.append(values)
+        return Numbers(parts[0] if len(parts) == 1 else np.concatenate(parts), begins, counts)
+
+    def _batches(self, rows: Ints) -> Iterator[Ints]:
+        """The rows in parts, each of as many as some bytes hold, but of one line at least."""
+        offsets = self._heads[rows]
+        first = 0
+        while first < len(rows):
+            limit = min(int(offsets[first]) + BATCH, len(self._clean))
+            after = max(first + 1, int(np.searchsorted(offsets, offsets.dtype.type(limit))))
+            yield rows[first:after]
+            first = after
+
+    def _parsed(self, rows: Ints, blanked: int, whole: bool, attributes: bool) -> NDArray[Any] | None:
+        """Numbers of a batch in the narrowest type that holds them; None where something is none."""
+        section = self._section(rows, blanked)
+        main = None
+        if attributes and b"/" in section:
+            letters = np.frombuffer(section, np.uint8).copy()
+            main = _main_parts(letters)
+            section = letters.tobytes()
+        values = parse_numbers(section, np.int64) if whole else None
         if values is None:
-            values = parse_numbers(text, np.float64)
+            values = parse_numbers(section, np.float64)
         if values is not None and main is not None:
             values = values[main] if len(values) == len(main) else None
-        # Fewer numbers than tokens: the integer parser reads the two of "- 2" as one. It never makes two of one.
-        if values is None or len(values) != counts.sum():
-            self._complain(rows, bool(keyword), attributes)
-        return Numbers(values, begins, counts)
+        if values is None or values.dtype.kind == "f":
+            return values
+        return values.astype(np.int32) if len(values) and -(2**31) <= values.min() <= values.max() < 2**31 else values
 
-    def _section(self, rows: Ints, blanked: int) -> NDArray[np.uint8]:
-        """A copy of the bytes of these lines, one after the other, the first few of each line blanked."""
-        bounds = np.append(self._starts[self._first], len(self._clean))
-        low, high = rows[0], rows[-1] + 1
-        section = self._clean[bounds[low] : bounds[high]].copy()
-        lengths = np.diff(bounds[low : high + 1])
+    def _section(self, rows: Ints, blanked: int) -> bytes:
+        """The bytes of these lines, one after the other, the first few of each line blanked."""
+        low, high = int(rows[0]), int(rows[-1]) + 1
+        heads = self._heads[low : high + 1]
+        begin = int(heads[0])
+        end = int(heads[-1]) if len(heads) > high - low else len(self._clean)
+        if high - low == len(rows) and not blanked:
+            return bytes(self._clean[begin:end])
+        section = np.frombuffer(self._clean, np.uint8, end - begin, begin).copy()
+        starts = heads[: high - low] - begin
+        for i in range(blanked):
+            section[starts[rows - low] + i] = _SPACE
         if high - low != len(rows):
             chosen = np.zeros(high - low, dtype=bool)
             chosen[rows - low] = True
-            section = section[np.repeat(chosen, lengths)]
-            lengths = lengths[chosen]
-        heads = np.cumsum(lengths) - lengths
-        for i in range(blanked):
-            section[heads + i] = _SPACE
-        return section
+            section = section[np.repeat(chosen, np.diff(starts, append=end - begin))]
+        return section.tobytes()
 
     def _place(self, offset: int) -> str:
         line = self._physical.count(b"\n", 0, offset) + 1
         return f"{self.name}, line {line}"
 
-    def _word(self, offset: int) -> bytes:
-        return self._clean[offset : offset + 400].tobytes().split(None, 1)[0]
-
-    def _token(self, offset: int) -> str:
-        shown = self._word(offset).decode("utf-8", "replace")
-        return shown if len(shown) <= 30 else shown[:27] + "..."
+    def _words(self, row: int) -> Iterator[tuple[bytes, int]]:
+        """Tokens of a line, and where each is in the file."""
+        at = int(self._heads[row])
+        end = int(self._heads[row + 1]) if row + 1 < len(self) else len(self._clean)
+        for match in _TOKEN.finditer(self._clean, at, end):
+            yield match[0], match.start()
 
     def _complain(self, rows: Ints, skip: int, attributes: bool) -> NoReturn:
         """Find the token that is no number; slow, but it runs only once and for a message."""
-        numbered = ragged(self._first[rows] + skip, self.counts[rows] - skip)
-        for offset in self._starts[numbered].tolist():
-            parts = self._word(offset).split(b"/") if attributes else [self._word(offset)]
-            # 7//2 leaves the middle out, and 7/ the end; the first part is what counts.
-            if not all(_NUMBER.fullmatch(part) for part in [parts[0], *filter(None, parts[1:])]):
-                raise FormatError(f"{self._place(offset)}: '{self._token(offset)}' is not a number")
+        for row in rows.tolist():
+            for word, offset in islice(self._words(row), skip, None):
+                parts = word.split(b"/") if attributes else [word]
+                # 7//2 leaves the middle out, and 7/ the end; the first part is what counts.
+                if not all(_NUMBER.fullmatch(part) for part in [parts[0], *filter(None, parts[1:])]):
+                    raise FormatError(f"{self._place(offset)}: '{_shown(word)}' is not a number")
         raise FormatError(f"{self.place(int(rows[0]))}: the numbers that start here cannot be read")
+
+
+def _shown(word: bytes) -> str:
+    text = word.decode("utf-8", "replace")
+    return text if len(text) <= 30 else text[:27] + "..."
+
+
+def _blocks(text: bytes | bytearray) -> Iterator[tuple[int, int]]:
+    """Where blocks of whole lines begin and end."""
+    begin = 0
+    while begin < len(text):
+        end = text.find(b"\n", begin + BLOCK) + 1 or len(text)
+        yield begin, end
+        begin = end
+
+
+def _lines_of(letters: NDArray[np.uint8]) -> tuple[Ints, Ints]:
+    """Of each line that has tokens: where the first one starts, and how many there are."""
+    blank = np.ones(len(letters) + 1, dtype=bool)
+    np.less_equal(letters, _SPACE, out=blank[1:])
+    marks = letters == _NEWLINE
+    marks |= blank[:-1] > blank[1:]  # tokens start here
+    at = np.flatnonzero(marks)
+    ends = np.flatnonzero(letters[at] == _NEWLINE)
+    if not len(ends) or ends[-1] != len(at) - 1:
+        ends = np.append(ends, len(at))  # the last line of a file may go without
+    counts = np.diff(ends, prepend=-1) - 1
+    filled = counts > 0
+    return at[(ends - counts)[filled]], counts[filled]
 
 
 def _plain_newlines(data: bytes) -> bytes:
@@ -152,18 +206,26 @@ def _place_type(size: int) -> type[Any]:
     return np.int32 if size < 2**31 else np.int64
 
 
-def _blank_comments(clean: NDArray[np.uint8]) -> None:
-    """Blank from each ``#`` to the end of its line, in place."""
-    place = _place_type(len(clean))
-    newlines = np.flatnonzero(clean == _NEWLINE).astype(place)
-    hashes = np.flatnonzero(clean == ord("#")).astype(place)
+def _without_comments(text: bytes) -> bytearray:
+    """The text with blanks from each ``#`` to the end of its line."""
+    copy = bytearray(text)
+    for begin, end in _blocks(copy):
+        if copy.find(b"#", begin, end) >= 0:
+            _blank_comments(np.frombuffer(copy, np.uint8, end - begin, begin))
+    return copy
+
+
+def _blank_comments(letters: NDArray[np.uint8]) -> None:
+    """The same for whole lines, in place."""
+    newlines = np.append(np.flatnonzero(letters == _NEWLINE), len(letters))
+    hashes = np.flatnonzero(letters == ord("#"))
     ends = newlines[np.searchsorted(newlines, hashes)]
-    first = np.diff(ends, prepend=place(-1)) > 0  # of the hashes of a line
-    inside = np.zeros(len(clean), dtype=np.int8)
+    first = np.diff(ends, prepend=-1) > 0  # of the hashes of a line
+    inside = np.zeros(len(letters) + 1, dtype=np.int8)
     inside[hashes[first]] = 1
     inside[ends[first]] = -1
     np.cumsum(inside, dtype=np.int8, out=inside)
-    clean[inside.view(bool)] = _SPACE
+    letters[inside[:-1].view(bool)] = _SPACE
 
 
 def token_starts(clean: NDArray[np.uint8]) -> Ints:
@@ -181,27 +243,3 @@ def _main_parts(section: NDArray[np.uint8]) -> NDArray[np.bool_] | None:
         return None
     section[slashes] = _SPACE
     return np.asarray(~slashes[token_starts(section) - 1])
-
-
-def converted(values: NDArray[Any], kind: np.dtype[Any]) -> NDArray[Any]:
-    """Numbers of a text in the type that the file says; ValueError where an integer type cannot hold one.
-
-    What is too large for a float is infinite, as it is when read from text.
-    """
-    if kind.kind in "iu":
-        limits = np.iinfo(kind)
-        bad = (values != np.floor(values)) | (values < limits.min) | (values > limits.max)
-        if bad.any():
-            raise ValueError(f"{values[np.argmax(bad)]:.20g} is none of the whole numbers of {kind.itemsize} bytes")
-    with np.errstate(over="ignore"):
-        return values.astype(kind)
-
-
-def parse_numbers(text: bytes, kind: type[Any]) -> NDArray[Any] | None:
-    """Every number of a text that has some; None where one is none. numpy before 2.3 only warns and stops there."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", DeprecationWarning)
-        try:
-            return np.fromstring(text, dtype=kind, sep=" ")
-        except ValueError:
-            return None

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geomhw.errors import FormatError
-from geomhw.io.tokens import converted, parse_numbers, token_starts
+from geomhw.io.numerals import converted, parse_numbers
+from geomhw.io.tokens import token_starts
 from geomhw.io.vtk_cells import LINE, POLYGON, STRIP, VERTEX, Cells, Dataset, from_offsets, surface
 from geomhw.mesh.arrays import Ints
 from geomhw.results import Result

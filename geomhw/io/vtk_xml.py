@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geomhw.errors import FormatError
-from geomhw.io.tokens import converted, parse_numbers
+from geomhw.io.numerals import converted, parse_numbers
 from geomhw.io.vtk_cells import LINE, POLYGON, STRIP, VERTEX, Dataset, from_offsets, surface
 from geomhw.io.xml_tree import parse_xml
 from geomhw.results import Cloud, Field, Result
