@@ -49,10 +49,9 @@ def _absolute(indices: Ints, sizes: Ints, rows: Ints, vertex_rows: Ints) -> Ints
 
 
 def _check_range(lines: Lines, rows: Ints, indices: Ints, corners: Ints, sizes: Ints, n: int) -> None:
-    outside = (corners < 0) | (corners >= n)
-    if not outside.any():
+    if corners.min() >= 0 and corners.max() < n:
         return
-    at = int(np.argmax(outside))
+    at = int(np.argmax((corners < 0) | (corners >= n)))
     row = rows[polygon_of(at, sizes)]
     index = int(indices[at])
     if index == 0:

@@ -84,8 +84,8 @@ def coordinates(lines: Lines, rows: Ints, numbers: Numbers) -> Floats:
         bad = int(np.argmax(short))
         raise FormatError(f"{lines.place(rows[bad])}: a vertex needs 3 coordinates, not {numbers.counts[bad]}")
     points = numbers.columns(3)
-    if not (finite := np.isfinite(points).all(axis=1)).all():
-        bad = int(np.argmin(finite))
+    if not (finite := np.isfinite(points)).all():
+        bad = int(np.argmin(finite.all(axis=1)))
         shown = " ".join(map(str, points[bad].tolist()))
         raise FormatError(f"{lines.place(rows[bad])}: a coordinate is not a finite number: {shown}")
     return points

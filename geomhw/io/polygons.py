@@ -46,8 +46,8 @@ def check_polygons(corners: Ints, sizes: Ints, n_vertices: int, place: Callable[
     if (small := sizes < 3).any():
         bad = int(np.argmax(small))
         raise FormatError(f"{place(bad)}: face has {sizes[bad]} corners; it needs at least 3")
-    if (outside := (corners < 0) | (corners >= n_vertices)).any():
-        at = int(np.argmax(outside))
+    if len(corners) and (corners.min() < 0 or corners.max() >= n_vertices):
+        at = int(np.argmax((corners < 0) | (corners >= n_vertices)))
         bad = polygon_of(at, sizes)
         raise FormatError(
             f"{place(bad)}: face names vertex {int(corners[at])}, but there are {n_vertices} (0 to {n_vertices - 1})"

@@ -182,11 +182,11 @@ def _check(vertices: Floats, faces: Ints) -> None:
         raise MeshError("the mesh has no faces; a surface needs at least one triangle")
     if faces.ndim != 2 or faces.shape[1] != 3 or not np.issubdtype(faces.dtype, np.integer):
         raise MeshError(f"faces must be an (m, 3) array of integers, not {faces.shape} of {faces.dtype}")
-    if not (finite := np.isfinite(vertices).all(axis=1)).all():
-        bad = int(np.argmin(finite))
+    if not (finite := np.isfinite(vertices)).all():
+        bad = int(np.argmin(finite.all(axis=1)))
         raise MeshError(f"vertex {bad} has a coordinate that is not a finite number: {vertices[bad].tolist()}")
-    if (outside := ((faces < 0) | (faces >= len(vertices))).any(axis=1)).any():
-        bad = int(np.argmax(outside))
+    if faces.min() < 0 or faces.max() >= len(vertices):
+        bad = int(np.argmax(((faces < 0) | (faces >= len(vertices))).any(axis=1)))
         last = len(vertices) - 1
         raise MeshError(f"face {bad} names vertices {faces[bad].tolist()}, but they go from 0 to {last}")
     a, b, c = faces.T

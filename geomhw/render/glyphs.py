@@ -95,8 +95,17 @@ def spread(points: Floats, distance: float) -> Ints:
 def _one_per_cell(points: Floats, size: float) -> Ints:
     """The lowest point in each cell of a lattice, so that dense meshes cost no more than coarse ones."""
     cells = np.floor((points - points.min(axis=0)) / size).astype(np.int64)
+    sides = cells.max(axis=0) + 1
+    if np.prod(sides.astype(float)) < 2.0**62:  # as in pictures; one number a cell, in the order of its place
+        cells = (cells[:, 0] * sides[1] + cells[:, 1]) * sides[2] + cells[:, 2]
     _, first = np.unique(cells, axis=0, return_index=True)
     return first
+
+
+def middles(points: Floats, faces: Ints) -> Floats:
+    """The mean of the corners of each face, (m, 3)."""
+    a, b, c = (points[faces[:, k]] for k in range(3))
+    return np.asarray((a + b + c) / 3)
 
 
 def isoline_segments(points: Floats, faces: Ints, values: Floats, levels: Floats) -> Floats:
@@ -105,7 +114,7 @@ def isoline_segments(points: Floats, faces: Ints, values: Floats, levels: Floats
     segments = []
     for level in levels:  # about twenty
         above = corner >= level
-        count = above.sum(axis=1)
+        count = above[:, 0].astype(np.int8) + above[:, 1] + above[:, 2]
         crossed = np.flatnonzero((count == 1) | (count == 2))
         # The corner that is alone on its side: two segments ends lie on its two edges.
         odd = np.where(count[crossed] == 1, above[crossed].argmax(axis=1), (~above[crossed]).argmax(axis=1))

@@ -113,7 +113,10 @@ class Stage:
         if shades is None:
             self._add_shell(everything, color=surface.color)
             return
-        known = np.asarray(shades.known if shades.per_face else shades.known[self.mesh.faces].all(axis=1))
+        if shades.per_face or shades.known.all():
+            known = shades.known if shades.per_face else everything
+        else:
+            known = np.asarray(shades.known[self.mesh.faces].all(axis=1))
         self._add_shell(~known, color=self.theme.unknown)
         values = shades.values[known] if shades.per_face else shades.values[self._shell.origin]
         place = "cell" if shades.per_face else "point"
@@ -167,25 +170,28 @@ class Stage:
 
         per_face = arrows.location == "face"
         mesh, axes = self.mesh, self.view.axes
-        normals = (mesh.face_normals if per_face else mesh.vertex_normals) @ axes.T
-        if arrows.points is not None:
-            centers = self.view.project(arrows.points) / self.unit
-        else:
-            centers = self._points[mesh.faces].mean(axis=1) if per_face else self._points
+        normals = mesh.face_normals if per_face else mesh.vertex_normals
         width, height = self.size
         spacing = 2 * arrows.spacing * min(width / height, 1.0)
-        vectors = np.asarray(arrows.vectors, dtype=float) @ axes.T
-        length = np.linalg.norm(vectors, axis=1)
+        vectors = np.asarray(arrows.vectors, dtype=float)
+        squares = np.einsum("ax,ax->a", vectors, vectors)
         # Those at the rim are seen edge on, as hairs that stick out.
-        usable = np.flatnonzero(np.isfinite(length) & (length > 0) & (np.abs(normals[:, 2]) > RIM))
+        usable = np.flatnonzero(np.isfinite(squares) & (squares > 0) & (np.abs(normals @ axes[2]) > RIM))
         if not len(usable):
             return
-        keep = usable[glyphs.spread(centers[usable], spacing)]
-        full = length[keep] if arrows.scale is None else arrows.scale
-        drawn = vectors[keep] * np.minimum(spacing / full, LONGEST * spacing / length[keep])[:, None]
-        front = np.where(normals[keep, 2:] < 0, -1.0, 1.0)  # on the side that is seen, of a sheet too
-        lifted = centers[keep] + 0.1 * spacing * front * normals[keep] + [0, 0, LIFT]
-        points, triangles = glyphs.arrow_triangles(lifted, drawn, normals[keep])
+        if arrows.points is not None:
+            centers = self.view.project(arrows.points[usable]) / self.unit
+        else:
+            centers = glyphs.middles(self._points, mesh.faces[usable]) if per_face else self._points[usable]
+        kept = glyphs.spread(centers, spacing)
+        centers, keep = centers[kept], usable[kept]
+        normals, vectors = normals[keep] @ axes.T, vectors[keep] @ axes.T
+        length = np.linalg.norm(vectors, axis=1)
+        full = length if arrows.scale is None else arrows.scale
+        drawn = vectors * np.minimum(spacing / full, LONGEST * spacing / length)[:, None]
+        front = np.where(normals[:, 2:] < 0, -1.0, 1.0)  # on the side that is seen, of a sheet too
+        lifted = centers + 0.1 * spacing * front * normals + [0, 0, LIFT]
+        points, triangles = glyphs.arrow_triangles(lifted, drawn, normals)
         shape = pyvista.PolyData.from_regular_faces(points.astype(np.float32), triangles)
         self._plotter.add_mesh(shape, color=arrows.color, lighting=False, reset_camera=False, render=False)
 
@@ -225,7 +231,7 @@ class Stage:
 
     def _aim(self) -> None:
         camera = self._plotter.camera
-        depth = 1.1 * float(np.abs(self._points[np.unique(self.mesh.faces), 2]).max()) + 1.0
+        depth = 1.1 * float(np.abs(np.delete(self._points[:, 2], self.mesh.unreferenced_vertices)).max()) + 1.0
         camera.position, camera.focal_point, camera.up = (0, 0, 2 * depth), (0, 0, 0), (0, 1, 0)
         camera.parallel_projection = True
         camera.parallel_scale = 1.0

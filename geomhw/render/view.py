@@ -49,7 +49,7 @@ class View:
 
 def choose_view(mesh: TriangleMesh, interest: Sequence[int] = ()) -> View:
     """A view from which the shape is recognized, and the vertices of ``interest`` are seen if they can be."""
-    used = mesh.vertices[np.unique(mesh.faces)]
+    used = np.delete(mesh.vertices, mesh.unreferenced_vertices, axis=0)
     middle = (used.min(axis=0) + used.max(axis=0)) / 2
     size = np.ptp(used, axis=0).max()
     points = (used - middle) / size
@@ -79,15 +79,18 @@ def visible(mesh: TriangleMesh, view: View, vertices: Sequence[int], at: Floats 
     points = view.project(mesh.vertices)
     places = points[list(vertices)] if at is None else view.project(at)
     near = 1e-3 * np.ptp(points, axis=0).max()
-    a, b, c = (points[mesh.faces[:, k]] for k in range(3))
+    corners = points.T[:2, mesh.faces.T]  # (2, 3, m)
+    low, high = corners.min(axis=1), corners.max(axis=1)
     answers = []
     for vertex, p in zip(vertices, places, strict=True):  # a handful of markers
+        round_it = mesh.faces[((low <= p[:2, None]) & (p[:2, None] <= high)).all(axis=0)]
+        a, b, c = (points[round_it[:, k]] for k in range(3))
         areas = np.stack([_turn(b - p, c - p), _turn(c - p, a - p), _turn(a - p, b - p)], axis=1)
         total = areas.sum(axis=1)
         inside = (total != 0) & (((areas >= 0).all(axis=1)) | ((areas <= 0).all(axis=1)))
         weights = areas[inside] / total[inside, None]
         depth = np.einsum("fk,fk->f", weights, np.stack([a[inside, 2], b[inside, 2], c[inside, 2]], axis=1))
-        own = (mesh.faces[inside] == vertex).any(axis=1)
+        own = (round_it[inside] == vertex).any(axis=1)
         answers.append(not np.any((depth > p[2] + near) & ~own))
     return answers
 
