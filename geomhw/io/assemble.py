@@ -37,7 +37,7 @@ def assemble(name: str, kind: str, content: Polygons, *, checked: bool = False) 
     if not checked:
         check_polygons(content.corners, content.sizes, len(content.points), face_place(name))
     small = np.int32 if len(content.points) < 2**31 else np.int64
-    triangles, origin = fan(content.corners.astype(small), content.sizes)
+    triangles, origin = fan(content.corners.astype(small, copy=False), content.sizes)
     try:
         with np.errstate(invalid="ignore"):  # a signaling NaN of single precision; it is refused as any NaN is
             mesh = TriangleMesh(content.points.astype(np.float64, copy=False), triangles)

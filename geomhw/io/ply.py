@@ -1,6 +1,7 @@
 """PLY writer: binary, little-endian, coordinates in double precision, arrays on both elements."""
 
 import re
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,8 @@ from geomhw.errors import FieldError
 from geomhw.results import Field, Location, Result
 
 _NAMES = {"<f8": "double", "|i1": "char", "|u1": "uchar", "<i2": "short", "<u2": "ushort", "<i4": "int", "<u4": "uint"}
+#: Rows written at a time.
+_ROWS = 1 << 12
 _Column = tuple[str, NDArray[Any]]
 
 
@@ -28,8 +31,8 @@ def write_ply(result: Result, path: Path) -> None:
     corners: list[_Column] = [("corners", np.full(mesh.n_faces, 3, np.uint8)), ("indices", mesh.faces)]
     with path.open("wb") as stream:
         stream.write("\n".join(header).encode("ascii"))
-        stream.write(_records(vertex))
-        stream.write(_records(corners + face))
+        stream.writelines(_records(vertex))
+        stream.writelines(_records(corners + face))
 
 
 def _columns(result: Result, location: Location) -> list[_Column]:
@@ -77,12 +80,15 @@ def _declarations(columns: list[_Column]) -> list[str]:
     return [f"property {_NAMES[values.dtype.newbyteorder('<').str]} {name}" for name, values in columns]
 
 
-def _records(columns: list[_Column]) -> bytes:
+def _records(columns: list[_Column]) -> Iterator[bytes]:
+    """The rows of these columns, some thousands at a time."""
     layout = [(f"c{i}", column.dtype.newbyteorder("<"), column.shape[1:]) for i, (_, column) in enumerate(columns)]
-    records = np.empty(len(columns[0][1]), dtype=layout)
-    for i, (_, column) in enumerate(columns):
-        records[f"c{i}"] = column
-    return records.tobytes()
+    rows = len(columns[0][1])
+    for begin in range(0, rows, _ROWS):
+        records = np.empty(min(_ROWS, rows - begin), dtype=layout)
+        for i, (_, column) in enumerate(columns):
+            records[f"c{i}"] = column[begin : begin + _ROWS]
+        yield records.tobytes()
 
 
 def _comment(field: Field) -> str:

@@ -86,7 +86,7 @@ def _result(name: str, found: dict[str, _Columns], ignored: list[str]) -> Result
         "PLY",
         Polygons(
             points=np.stack([np.asarray(vertex[axis]) for axis in "xyz"], axis=1),
-            corners=polygons.flat.astype(np.int64),
+            corners=polygons.flat if polygons.flat.dtype == np.int32 else polygons.flat.astype(np.int64),
             sizes=polygons.sizes,
             vertex_arrays=_vectors({k: v for k, v in vertex.items() if k not in ("x", "y", "z")}),
             face_arrays=_vectors(face),
@@ -247,7 +247,7 @@ class _Reader:
         for i, item in enumerate(self.element.properties):
             parts = [(rows, records[f"p{i}"]) for rows, _, records in groups]
             if len(groups) == 1 and item.count is None:
-                columns[item.name] = self._declared(item, np.ascontiguousarray(parts[0][1]))
+                columns[item.name] = self._declared(item, parts[0][1])
             elif len(groups) == 1:
                 length = groups[0][1][k] if groups[0][1] else 0
                 sizes = np.full(self.element.size, length, dtype=np.int64)

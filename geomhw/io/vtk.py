@@ -3,6 +3,7 @@
 import binascii
 import math
 from collections.abc import Iterable, Sequence
+from itertools import chain
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
@@ -18,6 +19,11 @@ _LEGACY_TYPES = {"i1": "char", "u1": "unsigned_char", "i2": "short", "u2": "unsi
 _LEGACY_TYPES |= {"u4": "unsigned_int", "i8": "vtktypeint64", "u8": "vtktypeuint64", "f4": "float", "f8": "double"}
 _XML_KINDS = {"i": "Int", "u": "UInt", "f": "Float"}
 _TRIANGLE = 5
+#: Bytes coded in base64 at a time, a multiple of three.
+_CODED = 3 << 16
+
+#: What is written, bit by bit.
+Pieces = Iterable[bytes]
 
 
 def write_legacy_vtk(result: Result, path: Path) -> None:
@@ -38,7 +44,7 @@ def write_vtp(result: Result, path: Path) -> None:
     mesh = result.mesh
     size = f'NumberOfPoints="{mesh.n_vertices}" NumberOfPolys="{mesh.n_faces}"'
     polys = [_xml_array("connectivity", mesh.faces.ravel()), _xml_array("offsets", _offsets(mesh.n_faces))]
-    _write_xml(result, mesh.vertices, path, "PolyData", size, [_element("Polys", polys)])
+    _write_xml(result, mesh.vertices, path, "PolyData", size, _element("Polys", polys))
 
 
 def write_vtp_cloud(cloud: Cloud, path: Path) -> None:
@@ -46,7 +52,7 @@ def write_vtp_cloud(cloud: Cloud, path: Path) -> None:
     count = len(cloud.points)
     verts = [_xml_array("connectivity", np.arange(count)), _xml_array("offsets", np.arange(1, count + 1))]
     size = f'NumberOfPoints="{count}" NumberOfVerts="{count}"'
-    _write_xml(cloud, cloud.points, path, "PolyData", size, [_element("Verts", verts)])
+    _write_xml(cloud, cloud.points, path, "PolyData", size, _element("Verts", verts))
 
 
 def write_vtu(result: Result, path: Path) -> None:
@@ -55,7 +61,7 @@ def write_vtu(result: Result, path: Path) -> None:
     size = f'NumberOfPoints="{mesh.n_vertices}" NumberOfCells="{mesh.n_faces}"'
     cells = [_xml_array("connectivity", mesh.faces.ravel()), _xml_array("offsets", _offsets(mesh.n_faces))]
     cells.append(_xml_array("types", np.full(mesh.n_faces, _TRIANGLE, np.uint8)))
-    _write_xml(result, mesh.vertices, path, "UnstructuredGrid", size, [_element("Cells", cells)])
+    _write_xml(result, mesh.vertices, path, "UnstructuredGrid", size, _element("Cells", cells))
 
 
 def _at(result: Result | Cloud, location: Location) -> list[tuple[str, NDArray[Any]]]:
@@ -115,36 +121,44 @@ def _big_endian(values: NDArray[Any]) -> bytes:
 # -- XML ---------------------------------------------------------------------------------------------------------------
 
 
-def _write_xml(result: Result | Cloud, points: Floats, path: Path, kind: str, size: str, cells: list[bytes]) -> None:
+def _write_xml(result: Result | Cloud, points: Floats, path: Path, kind: str, size: str, cells: Pieces) -> None:
     head = f'<VTKFile type="{kind}" version="1.0" byte_order="LittleEndian" header_type="UInt64">'
     whole = _element("FieldData", [_xml_array(*field, tuples=True) for field in _at(result, "mesh")])
     piece = [
         _element("Points", [_xml_array("Points", points)]),
-        *cells,
+        cells,
         _element("PointData", [_xml_array(*field) for field in _at(result, "vertex")]),
         _element("CellData", [_xml_array(*field) for field in _at(result, "face")]),
     ]
     with path.open("wb") as stream:
         stream.write(f'<?xml version="1.0"?>\n{head}\n<{kind}>\n'.encode())
-        stream.write(whole)
+        stream.writelines(whole)
         stream.write(f"<Piece {size}>\n".encode())
-        stream.writelines(piece)
+        stream.writelines(chain.from_iterable(piece))
         stream.write(f"</Piece>\n</{kind}>\n</VTKFile>\n".encode())
 
 
-def _element(name: str, children: list[bytes]) -> bytes:
-    return b"".join([f"<{name}>\n".encode(), *children, f"</{name}>\n".encode()]) if children else b""
+def _element(name: str, children: Sequence[Pieces]) -> Pieces:
+    """An element round its children; nothing where it has none."""
+    if children:
+        yield f"<{name}>\n".encode()
+        yield from chain.from_iterable(children)
+        yield f"</{name}>\n".encode()
 
 
-def _xml_array(name: str, values: NDArray[Any], tuples: bool = False) -> bytes:
+def _xml_array(name: str, values: NDArray[Any], tuples: bool = False) -> Pieces:
     """A DataArray; ``tuples``: it says its length itself, as field data must."""
     kind = f"{_XML_KINDS[values.dtype.kind]}{8 * values.dtype.itemsize}"
     width = f' NumberOfComponents="{values.shape[1]}"' if values.ndim > 1 else ""
     length = f' NumberOfTuples="{len(values)}"' if tuples else ""
-    raw = values.astype(values.dtype.newbyteorder("<"), copy=False).tobytes()
+    raw = np.ascontiguousarray(values.astype(values.dtype.newbyteorder("<"), copy=False)).reshape(-1).view(np.uint8)
     head = f'<DataArray type="{kind}" Name="{_attribute(name)}"{width}{length} format="binary">'
-    coded = binascii.b2a_base64(len(raw).to_bytes(8, "little") + raw, newline=False)
-    return b"".join([head.encode(), coded, b"</DataArray>\n"])
+    yield head.encode()
+    length_too = 3 * 8  # the length of the array, 8 bytes, is coded in one with it
+    yield binascii.b2a_base64(raw.nbytes.to_bytes(8, "little") + raw[: length_too - 8].tobytes(), newline=False)
+    for begin in range(length_too - 8, raw.nbytes, _CODED):
+        yield binascii.b2a_base64(raw[begin : begin + _CODED].data, newline=False)
+    yield b"</DataArray>\n"
 
 
 def _attribute(name: str) -> str:
