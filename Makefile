@@ -24,11 +24,12 @@ lint: $(VENV)/.developing
 	@mkdir -p build/lint && ln -sfn ../../cli build/lint/geomhw_cli
 	$(BIN)/mypy
 
-# Accuracy and times beside potpourri3d's, in an environment of their own, on one thread each.
+# Accuracy and times beside potpourri3d's, files beside meshio and libigl, in an environment of their own, on one thread each.
 # GEOMHW_REFERENCE names a folder of more meshes.
 bench: $(BENCH)/.installed
 	OPENBLAS_NUM_THREADS=1 $(BENCH)/bin/python tests/benchmarks/accuracy.py
 	OPENBLAS_NUM_THREADS=1 $(BENCH)/bin/python tests/benchmarks/transport.py
+	OPENBLAS_NUM_THREADS=1 $(BENCH)/bin/python tests/benchmarks/files.py
 
 # Renews the results that tests/test_golden.py compares with: after a change that is meant.
 golden: $(VENV)/.developing
@@ -61,5 +62,6 @@ $(VENV)/.fuzzing: $(VENV)/.developing
 
 $(BENCH)/.installed: pyproject.toml
 	test -x $(BENCH)/bin/python || $(PYTHON) -m venv $(BENCH) || { rm -rf $(BENCH); exit 1; }
-	$(BENCH)/bin/python -m pip install --quiet --disable-pip-version-check --editable . "potpourri3d>=1.4" "pygeodesic>=0.1.9"
+	$(BENCH)/bin/python -m pip install --quiet --disable-pip-version-check --editable . "potpourri3d>=1.4" "pygeodesic>=0.1.9" \
+	  "libigl>=2.5"
 	@touch $@
