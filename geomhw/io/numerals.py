@@ -79,6 +79,10 @@ def _by_numpy(text: bytes, kind: type[Any]) -> NDArray[Any] | None:
 
 def _decimals(text: bytes) -> Floats | None:
     """The numbers of a text; None where one is none, and where most are such that this is not the way to read them."""
+    if b"." not in text and b"-0" not in text:  # of which the integer 0 has no sign
+        integers = _by_numpy(text, np.int64)
+        if integers is not None and -_WHOLE < integers.min() <= integers.max() < _WHOLE:
+            return integers.astype(np.float64)
     letters = np.frombuffer(text, np.uint8)
     starts, ends = _token_bounds(letters)
     plain, rare = text, np.empty(0, np.intp)
@@ -93,7 +97,7 @@ def _decimals(text: bytes) -> Floats | None:
     if places is None or integers is None or len(integers) != len(ends):
         return None
     values, doubtful = _quotients(integers, places)
-    doubtful |= (integers == 0) & (letters[starts] == _MINUS)  # -0.0, of which the integer 0 has no sign
+    doubtful |= (integers == 0) & (letters[starts] == _MINUS)  # -0.0
     doubtful[rare] = True
     return _decided(text, values, starts, ends, np.flatnonzero(doubtful))
 
