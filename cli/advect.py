@@ -67,7 +67,7 @@ def advect(
     job = Job("advect", mesh_path, as_json=as_json, quiet=quiet)
     reel = Reel.plan(job, output, gif, mp4, png, csv, inputs)
     mesh = job.read()
-    with job.stage("compute and write"), progress("advect") as bar:
+    with job.stage("compute and write"), progress("advect") as bar, reel.behind:
         flow = FlowMap(mesh, specs.field(field_spec, mesh), integrator)  # type: ignore[arg-type]
         tracing = Tracing(mesh) if tracers else None
         carried = tracing.start(tracers) if tracing and tracers else None

@@ -9,7 +9,7 @@ import click
 from geomhw_cli import options, specs
 from geomhw_cli.job import Job
 from geomhw_cli.progress import progress
-from geomhw_cli.reel import Reel, held_interrupts, reel_options
+from geomhw_cli.reel import Reel, reel_options
 from geomhw_cli.resume import resumed, save_state
 
 if TYPE_CHECKING:
@@ -116,7 +116,7 @@ def fluid(
             velocity = specs.flow(choices["init"], mesh, model)
             state = scheme.start(velocity, specs.color(choices["color_spec"], mesh))
     try:
-        with job.stage("compute and write"), progress("fluid") as bar:
+        with job.stage("compute and write"), progress("fluid") as bar, reel.behind:
             for moment in run(scheme, state, plan, force):
                 _save(reel, scheme, gauges, moment, choices)
                 bar(plan.share(moment.state))
@@ -169,7 +169,7 @@ def _force(mesh: Any, choices: dict[str, Any], dt: float | None) -> "Force | Non
 
 
 def _save(reel: Reel, scheme: "Scheme", gauges: "Gauges", moment: "Moment", choices: dict[str, Any]) -> None:
-    """A frame, its line of the table, and, where an uninterrupted run would pass, the state to restart from."""
+    """Hand over a frame, its line of the table and, where a run would pass that goes on, the state to restart from."""
     import numpy as np
 
     from geomhw.methods.fluid.traced import TracedScheme
@@ -183,7 +183,5 @@ def _save(reel: Reel, scheme: "Scheme", gauges: "Gauges", moment: "Moment", choi
         Field("time", "mesh", np.array([state.time])),
     ]
     tracers = scheme.cloud(state) if isinstance(scheme, TracedScheme) else None
-    with held_interrupts():
-        reel.add(state.time, Result(scheme.mesh, fields), gauges(state, moment.dt), tracers)
-        if moment.regular:
-            save_state(reel, scheme.mesh, state, choices)
+    keep = partial(save_state, reel, scheme.mesh, state, choices) if moment.regular else None
+    reel.add(state.time, Result(scheme.mesh, fields), gauges(state, moment.dt), tracers, keep)

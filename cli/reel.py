@@ -1,9 +1,6 @@
 """What the commands with time write: a series of frames, a table, films and a contact sheet."""
 
-import signal
-import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from geomhw_cli import options
+from geomhw_cli.behind import Behind
 from geomhw_cli.job import Job
 
 if TYPE_CHECKING:
@@ -21,7 +19,6 @@ if TYPE_CHECKING:
 MOST_ON_SHEET = 12
 #: Tracers, at most.
 MOST_TRACERS = 10_000_000
-_INTERRUPTS = (signal.SIGINT, signal.SIGTERM)
 #: What is drawn of the frames.
 PICTURES = {"gif", "mp4", "png"}
 
@@ -54,34 +51,19 @@ def reel_options(command: Callable[..., None]) -> Callable[..., None]:
     return command
 
 
-@contextmanager
-def held_interrupts() -> Iterator[None]:
-    """Ctrl-C, or a signal to end, counts from the end of the block on: files that belong together all come to be."""
-    if threading.current_thread() is not threading.main_thread():  # where Python allows no handlers
-        yield
-        return
-    arrived: list[int] = []
-    former = {number: signal.signal(number, lambda number, _: arrived.append(number)) for number in _INTERRUPTS}
-    try:
-        yield
-    finally:
-        for number, handler in former.items():
-            signal.signal(number, handler)
-    if arrived:
-        signal.raise_signal(arrived[0])
-
-
 @dataclass
 class Reel:
     """Writes frames as they come and, at the end, the films of them.
 
-    rows: the lines of the table, one a frame.
+    behind: what frames are written in; left when the last one is added. rows: the lines of the table, one a frame that
+    is written.
     """
 
     job: Job
     series: "SeriesWriter"
     films: Mapping[str, Path]
     rows: list[dict[str, float]] = field(default_factory=list)
+    behind: Behind = field(default_factory=Behind)
 
     @classmethod
     def plan(
@@ -122,15 +104,30 @@ class Reel:
         """Where the state to restart from is kept."""
         return self.series.state
 
-    def add(self, time: float, result: "Result", row: dict[str, float], tracers: "Cloud | None" = None) -> None:
-        """Write a frame, and the table up to it."""
-        from geomhw.io.table import write_csv
+    def add(
+        self,
+        time: float,
+        result: "Result",
+        row: dict[str, float],
+        tracers: "Cloud | None" = None,
+        then: Callable[[], None] | None = None,
+    ) -> None:
+        """Hand over a frame, to be written with the table up to it, and what is to be done with that."""
 
-        with held_interrupts():
+        def piece() -> None:
             self.series.add(time, result, tracers)
             self.rows.append(row)
-            if csv := self.films.get("csv"):
-                write_csv(csv, self.rows)
+            self._write_table()
+            if then:
+                then()
+
+        self.behind(piece)
+
+    def _write_table(self) -> None:
+        from geomhw.io.table import write_csv
+
+        if csv := self.films.get("csv"):
+            write_csv(csv, self.rows)
 
     def finish(
         self, picture: "Callable[[list[Result], list[Cloud]], Iterator[Any]]", sheet: Callable[..., Any]
@@ -142,7 +139,6 @@ class Reel:
         """
         from geomhw.io import read, read_cloud, write_png
         from geomhw.io.film import write_gif, write_mp4
-        from geomhw.io.table import write_csv
 
         frames, folder = self.series.frames, self.series.path.parent
         self.job.written += [str(self.series.path), str(self.series.index)]
@@ -150,8 +146,8 @@ class Reel:
             self.job.written.append(str(self.series.tracer_index))
         if self.checkpoint.exists():
             self.job.written.append(str(self.checkpoint))
+        self._write_table()  # again: a restart may have had nothing left to add
         if csv := self.films.get("csv"):
-            write_csv(csv, self.rows)  # again: a restart may have had nothing left to add
             self.job.written.append(str(csv))
         if not self.films.keys() & PICTURES:
             return

@@ -16,7 +16,7 @@ from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.methods.tangent_fields import tangential
 from geomhw.operators.directional import directional_derivative
 from geomhw.results import Field, Result
-from geomhw.solvers.exponential import Integrator, exponential, taylor3
+from geomhw.solvers.exponential import Integrator, exponential, norm_bound, taylor3
 
 _INTEGRATORS = {"taylor3": taylor3, "krylov": exponential}
 
@@ -35,10 +35,11 @@ class FlowMap:
         self.field = tangential(mesh, field)
         self.operator = directional_derivative(mesh, self.field)
         self._apply = _INTEGRATORS[integrator]
+        self._norm = norm_bound(self.operator)
 
     def pull_back(self, functions: Floats, t: float) -> Floats:
         """T_V^t f = exp(t D_V) f, (n,) or (n, k) [OATVF, eq. 8]: the value at x is that of f at Φ_t(x)."""
-        return self._apply(self.operator, t, self._checked(functions))
+        return self._apply(self.operator, t, self._checked(functions), norm=self._norm)
 
     def carry(self, functions: Floats, t: float) -> Floats:
         """exp(-t D_V) f, (n,) or (n, k): f moved downstream for time t."""

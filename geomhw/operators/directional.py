@@ -1,5 +1,7 @@
 """Tangent fields as operators on functions: the directional derivative [OATVF]."""
 
+from copy import copy
+
 import numpy as np
 import scipy.sparse as sp
 
@@ -27,7 +29,7 @@ def directional_derivative(mesh: TriangleMesh, field: Floats) -> sp.csr_array:
 
 
 class DirectionalDerivative:
-    """D_V on one mesh for many fields: the pattern is found once, each call fills in values.
+    """D_V on one mesh for many fields: the pattern is found once, and a call makes nothing but values.
 
     Every matrix that a call returns shares its index arrays with the others.
     """
@@ -40,20 +42,29 @@ class DirectionalDerivative:
         n, faces = mesh.n_vertices, mesh.faces.astype(np.int64)
         keys = faces[:, :, None] * n + faces[:, None, :]
         pattern, slots = np.unique(keys, return_inverse=True)
-        self._slots = slots.ravel()
-        self._rows, self._columns = pattern // n, (pattern % n).astype(np.int32)
-        self._starts = np.searchsorted(self._rows, np.arange(n + 1)).astype(np.int32)
-        self._shape = (n, n)
+        self._rows = pattern // n
+        starts = np.searchsorted(self._rows, np.arange(n + 1)).astype(np.int32)
+        columns = (pattern % n).astype(np.int32)
+        self._pattern = sp.csr_array((np.zeros(len(pattern)), columns, starts), shape=(n, n))
+        # From the flux of each corner to the entries that it is part of, in the rows of all corners of its face.
+        corners = np.broadcast_to(np.arange(faces.size).reshape(-1, 1, 3), keys.shape).ravel()
+        parts = (np.ones(corners.size), (slots.ravel(), corners))
+        self._entries = sp.coo_array(parts, shape=(len(pattern), faces.size)).tocsr()
 
     def weak(self, field: Floats) -> sp.csr_array:
         """M D_V, (n, n), units of V times length: entry ij is the integral of φ_i V·∇φ_j with φ_i averaged per face."""
         flux = self._thirds[:, None] * np.einsum("fx,fkx->fk", field, self._hats)
-        every_row = np.broadcast_to(flux[:, None, :], (len(flux), 3, 3)).ravel()  # the same for the three corners i
-        values = np.bincount(self._slots, weights=every_row, minlength=len(self._columns))
-        return sp.csr_array((values, self._columns, self._starts), shape=self._shape)
+        return filled(self._pattern, self._entries @ flux.ravel())
 
     def __call__(self, field: Floats) -> sp.csr_array:
         """D_V, (n, n), strong, for a face field (m, 3); rows of vertices without faces are zero."""
         D = self.weak(field)
         D.data *= self._inverse_mass[self._rows]
         return D
+
+
+def filled(pattern: sp.csr_array, values: Floats) -> sp.csr_array:
+    """A matrix with the entries of another and other values: index arrays are shared and not looked at again."""
+    matrix = copy(pattern)
+    matrix.data = values
+    return matrix

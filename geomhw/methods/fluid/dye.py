@@ -6,7 +6,7 @@ import scipy.sparse as sp
 from geomhw.mesh.arrays import Floats
 from geomhw.mesh.rings import OneRings
 from geomhw.methods.fluid.vorticity import VorticityModel
-from geomhw.solvers.exponential import substeps
+from geomhw.solvers.exponential import absolute_row_sums, substeps
 
 #: Largest step times rate of a part, the rate being the absolute row sum of D. Runge and Kutta's fourth-order
 #: polynomial stands 2√2 on imaginary eigenvalues, and the consistent mass raises those by 1.75 at most. Within it
@@ -30,7 +30,7 @@ class Dye:
     def carry(self, D: sp.csr_array, color: Floats, dt: float) -> Floats:
         """The color, (n,) or (n, k), after a time dt in the flow of D."""
         columns = color.reshape(len(color), -1)
-        rates = np.asarray(abs(D).sum(axis=1)).reshape(-1, 1)
+        rates = absolute_row_sums(D).reshape(-1, 1)
         parts = substeps(float(rates.max(initial=0.0)), dt, PART)
         step = dt / parts
         wear = np.minimum(WEAR * step * rates, 1.0)

@@ -5,8 +5,6 @@ dq/dt = -J w. For such V, J is antisymmetric: the Jacobian of Arakawa (1966) on 
 approach [OATVF, eq. 7]. Energy, enstrophy and circulation are kept by dq/dt = -J B q for any symmetric w = B q.
 """
 
-from copy import copy
-
 import numpy as np
 import scipy.sparse as sp
 
@@ -15,7 +13,7 @@ from geomhw.mesh.arrays import Floats
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.methods.harmonic import harmonic_basis
 from geomhw.methods.stream import LoopPoisson
-from geomhw.operators.directional import DirectionalDerivative
+from geomhw.operators.directional import DirectionalDerivative, filled
 from geomhw.operators.gradient import gradient
 from geomhw.operators.laplacian import consistent_mass, lumped_mass, stiffness
 from geomhw.solvers.direct import DirectSolver
@@ -126,17 +124,11 @@ class VorticityModel:
         data = sixth[self._ahead] - sixth[self._behind]
         if len(c):
             data += c @ self._harmonic_data
-        return self._filled(data)
+        return filled(self._pattern, data)
 
     def derivative(self, J: sp.csr_array) -> sp.csr_array:
         """D_V = M⁻¹J, (n, n), strong."""
-        return self._filled(J.data * self.inverse_areas[self._rows])
-
-    def _filled(self, data: Floats) -> sp.csr_array:
-        """The pattern with other values: index arrays are shared and not looked at again."""
-        matrix = copy(self._pattern)
-        matrix.data = data
-        return matrix
+        return filled(self._pattern, J.data * self.inverse_areas[self._rows])
 
     def diffusion(self, nu_dt: float) -> DirectSolver:
         """(M + ν dt S)⁻¹, from q to the diffused w."""
