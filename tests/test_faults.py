@@ -154,6 +154,31 @@ def test_a_disk_that_is_full() -> None:
 
 
 @LINUX
+@pytest.mark.parametrize("command", ["advect --field rigid:y --dt 0.01", "fluid --force none --dt 0.01"])
+@pytest.mark.parametrize("at", [0, 1, 2, 3])
+def test_a_disk_that_is_full_after_some_frames(
+    command: str, at: int, folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """While the next frame is computed, or at the end: one sentence, a series of those before, and no film."""
+    flush = os.fsync
+
+    def no_room(handle: int) -> None:
+        if Path(os.readlink(f"/proc/self/fd/{handle}")).name.startswith(f".f.{at:05d}."):
+            raise OSError(errno.ENOSPC, "No space left on device")
+        flush(handle)
+
+    monkeypatch.setattr(os, "fsync", no_room)
+    name, *options = command.split()
+    outputs = ("-o", "f.pvd", "--csv", "f.csv", "--gif", "f.gif")
+    answer = run(name, "ball.off", *options, "--steps", "3", "--every", "1", *outputs)
+    assert_refused(answer, f"cannot write f.{at:05d}.vtp: No space left on device; make room")
+    expected = {f"f.{k:05d}.vtp" for k in range(at)} | ({"f.pvd", "f.vtp.series", "f.csv"} if at else set())
+    state = {"f.restart.npz"} if at and name == "fluid" else set()
+    assert {file for file in contents(folder) if file.lstrip(".").startswith("f.")} == expected | state
+    assert at == 0 or len(read_series("f.pvd")) == at
+
+
+@LINUX
 def test_a_folder_that_is_read_only() -> None:
     """Permissions bind nobody who is root; a mount does."""
     answer = in_namespace(

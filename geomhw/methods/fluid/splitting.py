@@ -38,6 +38,7 @@ class SplittingScheme:
         self._advection = advection
         self._decomposition = HelmholtzDecomposition(mesh)
         self._derivative = DirectionalDerivative(mesh)
+        self._latest: tuple[Floats, sp.csr_array] | None = None
         self._P, self._Q = faces_to_vertices(mesh), vertices_to_faces(mesh)
         self._curl = (gradient(mesh).T * np.repeat(mesh.face_areas, 3)).tocsr()
 
@@ -49,12 +50,12 @@ class SplittingScheme:
     def step(self, state: FlowState, dt: float, force: Force | None) -> FlowState:
         """One step of dt; ConvergenceError if the flow blows up."""
         V = self.velocity(state)
-        velocity = self._advected(self._derivative(V), V, dt)
+        velocity = self._advected(self._along(V), V, dt)
         if force is not None:
             velocity = velocity + dt * force(state.time)
         velocity = self._project(velocity)
         require_finite(velocity, state.step + 1)
-        color = taylor3(self._derivative(velocity), -dt, state.color)
+        color = taylor3(self._along(velocity), -dt, state.color)
         return FlowState(state.step + 1, state.time + dt, color, {"velocity": velocity})
 
     def velocity(self, state: FlowState) -> Floats:
@@ -70,6 +71,12 @@ class SplittingScheme:
     def coefficients(self, state: FlowState) -> dict[str, float]:
         """None: the scheme knows a velocity and no more."""
         return {}
+
+    def _along(self, velocity: Floats) -> sp.csr_array:
+        """D_V of that velocity; the latest is kept, which ends one step and starts the next."""
+        if self._latest is None or self._latest[0] is not velocity:
+            self._latest = (velocity, self._derivative(velocity))
+        return self._latest[1]
 
     def _advected(self, D: sp.csr_array, velocity: Floats, dt: float) -> Floats:
         """Velocity carried along itself, component by component, and made tangential again."""

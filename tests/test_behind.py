@@ -1,0 +1,101 @@
+"""Writing behind the computation: in order, one at a time, no error lost, no piece cut in two."""
+
+import os
+import signal
+import threading
+import time
+import weakref
+from functools import partial
+
+import pytest
+
+from geomhw.errors import FormatError
+from geomhw_cli.behind import Behind
+
+
+def test_in_order() -> None:
+    """One after the other, all of them done on leaving."""
+    done: list[int] = []
+    with Behind() as behind:
+        for k in range(50):
+            behind(partial(done.append, k))
+    assert done == list(range(50))
+
+
+def test_the_caller_goes_on() -> None:
+    """A piece that waits for what the caller does after handing it over."""
+    gate, passed = threading.Event(), []
+    with Behind() as behind:
+        behind(lambda: passed.append(gate.wait(10)))
+        assert not passed
+        gate.set()
+    assert passed == [True]
+
+
+class Frame:
+    """Something that is large."""
+
+
+def test_no_more_than_one_is_waited_for() -> None:
+    """Of what is handed over to a slow writer, the one at hand is alive, and at most the one just done."""
+    alive: weakref.WeakSet[Frame] = weakref.WeakSet()
+    most = 0
+    with Behind() as behind:
+        for _ in range(6):
+            frame = Frame()
+            alive.add(frame)
+            behind(partial(lambda held: time.sleep(0.01), frame))
+            del frame
+            most = max(most, len(alive))
+    assert most <= 2
+
+
+def fail() -> None:
+    raise FormatError("no room")
+
+
+def test_an_error_is_raised_at_the_next_piece() -> None:
+    """And nothing is done after it."""
+    done: list[int] = []
+    with Behind() as behind:
+        behind(partial(done.append, 1))
+        behind(fail)
+        for _ in range(2):
+            with pytest.raises(FormatError, match="no room"):
+                behind(partial(done.append, 2))
+        behind._latest = None  # told twice is enough
+    assert done == [1]
+
+
+def test_an_error_is_raised_on_leaving() -> None:
+    """Of the last piece, which no other follows; the caller's own error is the one to tell."""
+    with pytest.raises(FormatError, match="no room"), Behind() as behind:
+        behind(fail)
+
+    def both() -> None:
+        with Behind() as behind:
+            behind(fail)
+            raise ValueError("mine")
+
+    with pytest.raises(ValueError, match="mine"):
+        both()
+
+
+def test_an_interrupt_waits_for_the_piece_at_hand() -> None:
+    """Also if it comes again while waiting."""
+    done: list[str] = []
+
+    def slow() -> None:
+        time.sleep(0.05)
+        os.kill(os.getpid(), signal.SIGINT)
+        time.sleep(0.1)
+        done.append("whole")
+
+    def interrupted() -> None:
+        with Behind() as behind:
+            behind(slow)
+            signal.raise_signal(signal.SIGINT)
+
+    with pytest.raises(KeyboardInterrupt):
+        interrupted()
+    assert done == ["whole"]
