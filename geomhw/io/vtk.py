@@ -19,8 +19,8 @@ _LEGACY_TYPES = {"i1": "char", "u1": "unsigned_char", "i2": "short", "u2": "unsi
 _LEGACY_TYPES |= {"u4": "unsigned_int", "i8": "vtktypeint64", "u8": "vtktypeuint64", "f4": "float", "f8": "double"}
 _XML_KINDS = {"i": "Int", "u": "UInt", "f": "Float"}
 _TRIANGLE = 5
-#: Bytes coded in base64 at a time, a multiple of three.
-_CODED = 3 << 16
+#: Bytes coded in base64 at a time, a multiple of three; rows written at a time.
+_CODED, _ROWS = 3 << 16, 1 << 13
 
 #: What is written, bit by bit.
 Pieces = Iterable[bytes]
@@ -29,12 +29,13 @@ Pieces = Iterable[bytes]
 def write_legacy_vtk(result: Result, path: Path) -> None:
     """Polydata in the binary legacy format of version 3.0, which VTK has read since 2000."""
     mesh = result.mesh
-    cells = np.concatenate([np.full((mesh.n_faces, 1), 3, np.int32), mesh.faces], axis=1)
     with path.open("wb") as stream:
         stream.write(b"# vtk DataFile Version 3.0\ngeomhw\nBINARY\nDATASET POLYDATA\n")
         stream.writelines(_legacy_fields(_at(result, "mesh")))
-        stream.writelines([f"POINTS {mesh.n_vertices} double\n".encode(), _big_endian(mesh.vertices), b"\n"])
-        stream.writelines([f"POLYGONS {mesh.n_faces} {cells.size}\n".encode(), _big_endian(cells), b"\n"])
+        stream.write(f"POINTS {mesh.n_vertices} double\n".encode())
+        stream.writelines(_big_endian(mesh.vertices))
+        stream.write(f"POLYGONS {mesh.n_faces} {4 * mesh.n_faces}\n".encode())
+        stream.writelines(_big_endian(mesh.faces, counted=True))
         stream.writelines(_legacy_attributes(f"POINT_DATA {mesh.n_vertices}", _at(result, "vertex")))
         stream.writelines(_legacy_attributes(f"CELL_DATA {mesh.n_faces}", _at(result, "face")))
 
@@ -89,10 +90,10 @@ def _legacy_attributes(heading: str, fields: Sequence[tuple[str, NDArray[Any]]])
     vector = next((f for f in fields if f[1].shape[1:] == (3,) and f[1].dtype.kind == "f"), None)
     if scalar is not None:
         yield f"SCALARS {_word(scalar[0])} {_legacy_type(scalar[1])} 1\nLOOKUP_TABLE default\n".encode()
-        yield _big_endian(scalar[1]) + b"\n"
+        yield from _big_endian(scalar[1])
     if vector is not None:
         yield f"VECTORS {_word(vector[0])} {_legacy_type(vector[1])}\n".encode()
-        yield _big_endian(vector[1]) + b"\n"
+        yield from _big_endian(vector[1])
     yield from _legacy_fields([field for field in fields if field is not scalar and field is not vector])
 
 
@@ -102,7 +103,7 @@ def _legacy_fields(fields: Sequence[tuple[str, NDArray[Any]]]) -> Iterable[bytes
     for name, values in fields:
         width = values.shape[1] if values.ndim > 1 else 1
         yield f"{_word(name)} {width} {len(values)} {_legacy_type(values)}\n".encode()
-        yield _big_endian(values) + b"\n"
+        yield from _big_endian(values)
 
 
 def _word(name: str) -> str:
@@ -114,8 +115,15 @@ def _legacy_type(values: NDArray[Any]) -> str:
     return _LEGACY_TYPES[values.dtype.str[1:]]
 
 
-def _big_endian(values: NDArray[Any]) -> bytes:
-    return values.astype(values.dtype.newbyteorder(">"), copy=False).tobytes()
+def _big_endian(values: NDArray[Any], counted: bool = False) -> Pieces:
+    """The numbers and a line end; ``counted``: with the length of each row in front of it."""
+    order = values.dtype.newbyteorder(">")
+    for begin in range(0, len(values), _ROWS):
+        rows = values[begin : begin + _ROWS]
+        if counted:
+            rows = np.insert(rows, 0, rows.shape[1], axis=1)
+        yield rows.astype(order, copy=False).tobytes()
+    yield b"\n"
 
 
 # -- XML ---------------------------------------------------------------------------------------------------------------

@@ -53,9 +53,9 @@ def readings(mesh: TriangleMesh, folder: Path) -> None:
 
 def writings(mesh: TriangleMesh, folder: Path) -> None:
     """A line for each format that is written; libigl writes no arrays, and meshio no VTP."""
-    x, y, z = mesh.vertices.T
+    a, b, c = mesh.vertices.T
     v, w = mesh.face_normals, mesh.face_centers
-    np.savez(folder / "full.npz", p=mesh.vertices, t=mesh.faces, x=x, y=y, z=z, v=v, w=w)
+    np.savez(folder / "full.npz", p=mesh.vertices, t=mesh.faces, a=a, b=b, c=c, v=v, w=w)
     np.savez(folder / "bare.npz", p=mesh.vertices, t=mesh.faces)
     for kind in WRITTEN:
         peers = () if kind == "vtp" else ("meshio",)
