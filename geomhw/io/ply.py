@@ -73,7 +73,7 @@ def _storable(column: NDArray[Any]) -> NDArray[Any]:
     small = np.iinfo(np.int32)
     if column.dtype.kind in "iu" and column.min(initial=0) >= small.min and column.max(initial=0) <= small.max:
         return column.astype(np.int32)
-    return column.astype(np.float64)
+    return column.astype(np.float64, copy=False)
 
 
 def _declarations(columns: list[_Column]) -> list[str]:
