@@ -19,19 +19,19 @@ from geomhw.mesh.orientation import distinct
 from geomhw.mesh.polyhedral import PolyhedralSurface
 from geomhw.mesh.robust import RobustTriangulation
 from geomhw.mesh.triangle_mesh import TriangleMesh
-from geomhw.methods.heat_flow import REMEDY, Boundary, HeatFlow
+from geomhw.methods.distance_rows import DistanceRows, block_size
+from geomhw.methods.heat_flow import LEVEL, REMEDY, Boundary, HeatFlow
 from geomhw.methods.several_sources import chord_to_nearest, held_distance, known_distances, source_heat
 from geomhw.methods.sources import Sources, vertex_sources
 from geomhw.methods.time_step import TimeStep
 from geomhw.methods.unfolding import Unfolding
 from geomhw.operators.gradient import divergence_of, gradient_of
 from geomhw.results import Field, Result
-from geomhw.solvers.choice import LaplaceSolver, SolverName, iterates
+from geomhw.solvers.choice import LaplaceSolver, SolverName
+from geomhw.solvers.costs import Work
 from geomhw.solvers.grounding import balanced, free_unknowns
 from geomhw.solvers.wavefront import LogValues
 
-#: Heat that differs by less than this share of itself over a face falls in no direction: what is left is rounding.
-LEVEL = 1e-9
 #: Beside a source on a coarse mesh, distances may come out a third shorter than the straight line; below this share of
 #: it, they are wrong.
 LEAST_CHORD_SHARE = 0.5
@@ -45,8 +45,9 @@ class HeatDistance:
     length there. refine: correct the distances by `Unfolding`; by default where robust is asked for. boundary: how heat
     meets the boundary, as in `HeatFlow`; the mean of both conditions is best next to it. solver: ``direct`` factors,
     once for all sources; ``multigrid`` iterates, which on large meshes takes a fraction of that; ``auto`` goes by the
-    size of the mesh, and factors where iteration does not converge. Copies of faces are left out. MeshError if a face
-    has no area and robust is not asked for, FieldError for a time, a condition or a solver that is none.
+    size of the mesh and by how many queries are to come, and factors where iteration does not converge. Copies of faces
+    are left out. MeshError if a face has no area and robust is not asked for, FieldError for a time, a condition or a
+    solver that is none.
 
     >>> from geomhw.mesh.primitives import icosphere
     >>> result = HeatDistance(icosphere(3)).from_vertices([7])
@@ -62,13 +63,15 @@ class HeatDistance:
         refine: bool | None = None,
         boundary: Boundary = "neumann",
         solver: SolverName = "auto",
+        queries: int = 1,
     ) -> None:
         self.mesh = mesh
         self._refine = robust if refine is None else refine
         self._single = single = distinct(mesh)
         self.robust = RobustTriangulation.of(single) if robust else None
         self._domain = self.robust.surface if self.robust else single
-        self._flow = HeatFlow(self._domain, time, boundary, single.boundary_vertices, solver)
+        work = Work(queries, min(queries, block_size(mesh.n_vertices)))
+        self._flow = HeatFlow(self._domain, time, boundary, single.boundary_vertices, solver, work)
         if not robust:
             mesh.require_area(REMEDY)
 
@@ -80,7 +83,14 @@ class HeatDistance:
     @cached_property
     def _poisson_solver(self) -> LaplaceSolver:
         free = free_unknowns(self.mesh.components, self.mesh.unreferenced_vertices)
-        return LaplaceSolver(self._flow.stiffness, free, self._flow.solver)
+        return LaplaceSolver(self._flow.stiffness, free, self._flow.solver, self._flow.work)
+
+    @cached_property
+    def _rows(self) -> DistanceRows | None:
+        """What answers many vertices at once; nothing where systems are solved by iteration."""
+        if self._flow.iterates or not self._poisson_solver.factored:
+            return None
+        return DistanceRows(self.mesh, self._domain, self._flow, self._poisson_solver)
 
     @cached_property
     def _unfolding(self) -> Unfolding:
@@ -115,10 +125,7 @@ class HeatDistance:
         spread = divergence_of(self._domain, directions)
         distance, raised = self._bounded(self._distance(spread, wanted, start, reached), wanted, start, paths)
         if self._refine:
-            # A face that holds a source is one of the mesh, and may be none of another triangulation.
-            unfold = self._unfolding_of_mesh if self.robust and len(wanted.within_faces) else self._unfolding
-            chord = chord_to_nearest(mesh, wanted, np.arange(mesh.n_vertices))
-            distance, raised = np.maximum(unfold(start, distance), chord), {}
+            distance, raised = self._unfolded(wanted, distance), {}
         if self._domain is not mesh:
             directions = _directions(mesh, heat, wanted.vertices)
         u = heat.plain
@@ -130,6 +137,40 @@ class HeatDistance:
             Field("direction", "face", directions),
         ]
         return Result(mesh, fields, self._report(wanted, distance) | raised)
+
+    def rows(self, queries: Sequence[Sources]) -> Floats:
+        """Distances from each of several sets of sources, (k, n): those of `from_sources`, to rounding.
+
+        Sets of one vertex are solved for in blocks, where systems are factored, at a fraction of the time.
+        """
+        rows = np.empty((len(queries), self.mesh.n_vertices))
+        single = [k for k, sources in enumerate(queries) if len(sources) == len(sources.vertices) == 1]
+        left = set(range(len(queries)))
+        size = block_size(self.mesh.n_vertices)
+        if self._rows and len(single) > 1:
+            for start in range(0, len(single), size):
+                block = np.array(single[start : start + size])
+                found, sound = self._rows(np.array([queries[k].vertices[0] for k in block]))
+                rows[block[sound]] = found.T
+                left -= set(block[sound].tolist())
+            if self._refine:
+                for k in set(single) - left:
+                    rows[k] = self._unfolded(queries[k], rows[k])
+        for k in sorted(left):
+            rows[k] = self.from_sources(queries[k])["distance"]
+        return rows
+
+    def _unfolded(self, sources: Sources, distance: Floats) -> Floats:
+        """Distances corrected by unfolding."""
+        # A face that holds a source is one of the mesh, and may be none of another triangulation.
+        unfold = self._unfolding_of_mesh if self.robust and len(sources.within_faces) else self._unfolding
+        chord = chord_to_nearest(self.mesh, sources, np.arange(self.mesh.n_vertices))
+        return np.maximum(unfold(known_distances(self.mesh, sources), distance), chord)
+
+    def solver_report(self) -> dict[str, str]:
+        """How systems are solved: ``solver``, and where they are factored ``factorization``."""
+        factored = self._flow.factorization
+        return {"solver": "direct", "factorization": factored} if factored else {"solver": "multigrid"}
 
     def _distance(self, spread: Floats, sources: Sources, start: Floats, reached: Ints) -> Floats:
         """φ with Sφ = -Div X, right at the sources."""
@@ -176,7 +217,7 @@ class HeatDistance:
             "unreachable_vertices": unreached,
             "refined": self._refine,
             "boundary": self._flow.boundary,
-            "solver": "multigrid" if iterates(self._flow.solver, self.mesh.n_vertices) else "direct",
+            **self.solver_report(),
             **({"robust": self.robust.report()} if self.robust else {}),
             **({"too_short_distances": too_short} if too_short else {}),
         }

@@ -15,13 +15,15 @@ from geomhw.mesh.topology import vertex_components
 from geomhw.methods.time_step import time_step
 from geomhw.operators.laplacian import lumped_mass, stiffness
 from geomhw.solvers.choice import SolverName, iterates
+from geomhw.solvers.costs import ONE, Work
 from geomhw.solvers.direct import DirectSolver
 from geomhw.solvers.sweeps import solve_by_sweeps, solve_scaled_by_sweeps
-from geomhw.solvers.wavefront import LogValues, in_reach, solve_decaying, solve_scaled
+from geomhw.solvers.wavefront import REACH, LogValues, in_reach, solve_decaying, solve_scaled
 
 #: What to do about a face without area, for whoever asked for heat.
 REMEDY = "collapse it, remove it, or compute with --robust (robust=True)"
-
+#: Heat that differs by less than this share of itself over a face falls in no direction: what is left is rounding.
+LEVEL = 1e-9
 
 #: What holds at the rim of an open mesh: no heat leaves, it is kept cold, or the mean of both [GIH, sec. 3.4].
 Boundary = Literal["neumann", "dirichlet", "average"]
@@ -31,8 +33,9 @@ class HeatFlow:
     """One backward Euler step of the heat equation: (M + tS) u = u0, with u0 integrated over vertices [GIH, eq. 3].
 
     Factors on first use. time: as in `time_step`. boundary: what holds at the rim, the vertices of the mesh's boundary;
-    nothing where there are none. solver: ``direct`` by factorization; ``multigrid``, here by sweeps that
-    follow the heat; or ``auto``. MeshError if a face has no area, FieldError for a time or a boundary that is none.
+    nothing where there are none. solver: ``direct`` by factorization; ``multigrid``, here by sweeps that follow the
+    heat; or ``auto``, which goes by the size and by the work to come. MeshError if a face has no area, FieldError for a
+    time or a boundary that is none.
     """
 
     def __init__(
@@ -42,6 +45,7 @@ class HeatFlow:
         boundary: Boundary = "neumann",
         rim: Ints | None = None,
         solver: SolverName = "auto",
+        work: Work = ONE,
     ) -> None:
         mesh.require_area(REMEDY)
         if boundary not in get_args(Boundary):
@@ -50,7 +54,8 @@ class HeatFlow:
             )
         self.mesh = mesh
         self.solver = solver
-        self.iterates = iterates(solver, mesh.n_vertices)
+        self.work = work
+        self.iterates = iterates(solver, mesh.n_vertices, work, "sweeps")
         self.time = time_step(time, mesh.mean_edge_length)
         self.stiffness = stiffness(mesh)
         self.surface = np.ones(mesh.n_vertices, dtype=bool)
@@ -71,7 +76,7 @@ class HeatFlow:
     def _solver(self, open_end: bool) -> DirectSolver:
         """The factorization with the rim free or held at zero, made once."""
         if open_end not in self._solvers:
-            self._solvers[open_end] = DirectSolver(self.matrix, self.surface if open_end else self._inside)
+            self._solvers[open_end] = DirectSolver(self.matrix, self.surface if open_end else self._inside, self.work)
         return self._solvers[open_end]
 
     @cached_property
@@ -102,6 +107,28 @@ class HeatFlow:
         if insulated is None or cold is None:
             return insulated or cold or LogValues.of(impulse)
         return insulated.mean_with(cold)
+
+    @property
+    def factorization(self) -> str:
+        """By what the system was factored, as `DirectSolver` names it; empty where it has not been."""
+        return next((solver.factorization for solver in self._solvers.values()), "")
+
+    def from_vertices(self, vertices: Ints) -> tuple[Floats, NDArray[np.bool_]]:
+        """u from each of k vertices for itself, (n, k), and which of these, (k,), are right at every vertex: those that
+        do not fade out of the reach of double precision, nor start on a rim that is kept cold."""
+        n, k = self.mesh.n_vertices, len(vertices)
+        impulses = np.zeros((n, k))
+        impulses[vertices, np.arange(k)] = 1.0
+        heats, sound = [], np.ones(k, dtype=bool)
+        with np.errstate(under="ignore"):
+            if self.boundary != "dirichlet":
+                heats.append(self._solver(True)(impulses))
+                sound &= _in_reach(heats[0], self.mesh.components, self.surface, vertices)
+            if self.boundary != "neumann":
+                impulses[~self._inside] = 0.0
+                heats.append(self._solver(False)(impulses))
+                sound &= _in_reach(heats[-1], self._components_inside, self._inside, vertices)
+            return (heats[0] if len(heats) == 1 else (heats[0] + heats[1]) / 2), sound
 
     def _decaying(
         self, impulse: Floats, there: NDArray[np.bool_], free: NDArray[np.bool_], paths: Floats | None = None
@@ -150,3 +177,13 @@ class HeatFlow:
         heat = LogValues.of(np.zeros(self.mesh.n_vertices))
         heat.log[where], heat.sign[where] = part.log, part.sign
         return heat
+
+
+def _in_reach(heat: Floats, labels: Ints, part: NDArray[np.bool_], vertices: Ints) -> NDArray[np.bool_]:
+    """Of each column, from one of the vertices, whether it is `in_reach` in the part with the label of that vertex."""
+    sound = part[vertices]
+    for label in np.unique(labels[vertices]):
+        of, there = labels[vertices] == label, part & (labels == label)
+        size = np.abs(heat if of.all() and there.all() else heat[np.ix_(there, of)])
+        sound[of] &= size.min(axis=0, initial=np.inf) > np.exp(-REACH) * size.max(axis=0, initial=0.0)
+    return sound

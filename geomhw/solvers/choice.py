@@ -9,30 +9,39 @@ from numpy.typing import NDArray
 
 from geomhw.errors import ConvergenceError, FieldError
 from geomhw.mesh.arrays import Floats
+from geomhw.solvers.costs import ONE, Kind, Work, cheapest, seconds
 from geomhw.solvers.direct import DirectSolver
 from geomhw.solvers.multigrid import MultigridSolver
 
-#: auto is multigrid on meshes of so many vertices or more, and direct on smaller ones.
+#: auto is what is cheapest for the work to come.
 SolverName = Literal["auto", "multigrid", "direct"]
+#: But with fewer unknowns it always factors: right to rounding is worth a tenth of a second.
 LARGE = 20_000
 
 
-def iterates(asked: SolverName, size: int) -> bool:
-    """Whether a system of that size is to be solved without factoring it; FieldError for a name that is none."""
+def iterates(asked: SolverName, size: int, work: Work, by: Kind) -> bool:
+    """Whether a system of that size is to be solved without factoring it, ``by`` multigrid or sweeps.
+
+    FieldError for a name that is none.
+    """
     if asked not in get_args(SolverName):
         raise FieldError(f"there is no solver '{asked}'; choose from {', '.join(get_args(SolverName))}")
-    return asked == "multigrid" or (asked == "auto" and size >= LARGE)
+    if asked != "auto" or size < LARGE:
+        return asked == "multigrid"
+    return seconds(by, size, work) < seconds(cheapest(size, work), size, work)
 
 
 class LaplaceSolver:
     """Solves A x = b as `MultigridSolver` or `DirectSolver` do, whichever is asked for or, for ``auto``, is faster.
 
-    ``auto`` turns to the factorization where multigrid does not converge. free: as in both.
+    ``auto`` turns to the factorization where multigrid does not converge. free: as in both. work: what is to come.
     """
 
-    def __init__(self, matrix: sp.csr_array, free: NDArray[np.bool_], asked: SolverName = "auto") -> None:
-        self._matrix, self._free, self._asked = matrix, free, asked
-        self._iterate = iterates(asked, matrix.shape[0])
+    def __init__(
+        self, matrix: sp.csr_array, free: NDArray[np.bool_], asked: SolverName = "auto", work: Work = ONE
+    ) -> None:
+        self._matrix, self._free, self._asked, self._work = matrix, free, asked, work
+        self._iterate = iterates(asked, matrix.shape[0], work, "multigrid")
 
     @cached_property
     def _multigrid(self) -> MultigridSolver:
@@ -40,7 +49,12 @@ class LaplaceSolver:
 
     @cached_property
     def _direct(self) -> DirectSolver:
-        return DirectSolver(self._matrix, self._free)
+        return DirectSolver(self._matrix, self._free, self._work)
+
+    @property
+    def factored(self) -> DirectSolver | None:
+        """The factorization, made now if need be; None where the system is solved without one."""
+        return None if self._iterate else self._direct
 
     def __call__(self, rhs: Floats) -> Floats:
         """x, (n,), zero where not free."""

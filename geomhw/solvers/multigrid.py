@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from geomhw.errors import ConvergenceError
 from geomhw.mesh.arrays import Floats, dot
-from geomhw.solvers.direct import single_threaded
+from geomhw.solvers.threads import single_threaded
 
 #: The error, measured as sqrt(eᵀAe), ends at this share of the solution, as far as the preconditioner tells: for a
 #: function on a surface that is its largest value, up to a factor of the size of log n.

@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 
 from geomhw.errors import ConvergenceError
 from geomhw.mesh.arrays import Floats
-from geomhw.solvers.direct import DirectSolver
+from geomhw.solvers.superlu import SuperLU
+from geomhw.solvers.threads import single_threaded
 
 #: Natural logarithms between which a double is trusted; the format itself ends at -708 and 709.
 REACH = 600.0
@@ -99,7 +100,8 @@ def _least_rate(decay: Floats, known: NDArray[np.bool_], travel: Floats) -> floa
 def solve_scaled(matrix: sp.csr_array, rhs: NDArray[Any], potential: Floats) -> NDArray[Any]:
     """v = exp(p) u, of order one where p is near the decay of u, for A u = b with b zero but where p is small."""
     source = rhs * np.exp(np.where(rhs != 0, potential, 0.0))
-    return DirectSolver(scaled(matrix, potential))(source)
+    with single_threaded():
+        return SuperLU(scaled(matrix, potential))(source)
 
 
 def _solve_or_nan(matrix: sp.csr_array, rhs: Floats, potential: Floats) -> Floats:

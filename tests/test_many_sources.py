@@ -1,0 +1,161 @@
+"""Distances from many vertices at once: the same as one by one, whatever the options."""
+
+import numpy as np
+import pytest
+from conftest import ZOO, needs_reference, reference, sheared, split_diagonals, two_spheres, zoo_mesh
+
+from geomhw.io import read_mesh
+from geomhw.mesh.distances import edge_path_distance
+from geomhw.mesh.path_bound import PathBound
+from geomhw.mesh.primitives import grid, icosphere, strip, torus
+from geomhw.mesh.triangle_mesh import TriangleMesh
+from geomhw.methods.heat_distance import HeatDistance
+from geomhw.methods.sources import Sources, face_source, joined, vertex_sources
+
+OPTIONS = {
+    "plain": {},
+    "sqrt-h": {"time": "sqrt-h"},
+    "short": {"time": "0.05*h2"},
+    "long": {"time": "50*h2"},
+    "robust": {"robust": True, "refine": False},
+    "refined": {"refine": True},
+    "cold": {"boundary": "dirichlet"},
+    "average": {"boundary": "average", "robust": True},
+    "iterated": {"solver": "multigrid"},
+}
+
+
+def some_sources(mesh: TriangleMesh, count: int = 12) -> list[Sources]:
+    """Vertices of all of the mesh that have faces, within the rim if there is anything within."""
+    used = np.setdiff1d(np.arange(mesh.n_vertices), mesh.unreferenced_vertices)
+    inner = np.setdiff1d(used, mesh.boundary_vertices)
+    chosen = np.unique(np.random.default_rng(0).choice(inner if len(inner) else used, count))
+    return [vertex_sources(mesh, [v]) for v in chosen.tolist()]
+
+
+def assert_rows_agree(mesh: TriangleMesh, queries: list[Sources], **options: object) -> None:
+    """To 1e-9 of the largest distance, and inf in the same places."""
+    solver = HeatDistance(mesh, queries=1000, **({"time": "h2"} | options))  # type: ignore[arg-type]
+    rows = solver.rows(queries)
+    for row, query in zip(rows, queries, strict=True):
+        expected = np.asarray(solver.from_sources(query)["distance"])
+        size = expected[np.isfinite(expected)].max()
+        np.testing.assert_allclose(row, expected, rtol=0, atol=1e-9 * size)
+
+
+@pytest.mark.parametrize("name", sorted(ZOO))
+@pytest.mark.parametrize("options", OPTIONS)
+def test_rows(name: str, options: str) -> None:
+    """On every mesh of the zoo."""
+    mesh = zoo_mesh(name)
+    if OPTIONS[options].get("boundary") == "dirichlet" and len(mesh.boundary_vertices) == mesh.n_vertices:
+        pytest.skip("nothing within the rim")
+    assert_rows_agree(mesh, some_sources(mesh), **OPTIONS[options])
+
+
+def test_rows_of_all_vertices() -> None:
+    """More than a block, and from vertices on the rim, which is kept cold in one half of the mean."""
+    mesh = grid(11, 9)
+    every = [vertex_sources(mesh, [v]) for v in range(mesh.n_vertices)]
+    assert_rows_agree(mesh, every, boundary="average")
+    assert_rows_agree(torus(16, 10), [vertex_sources(torus(16, 10), [v]) for v in range(160)])
+
+
+def test_rows_beyond_the_reach_of_doubles() -> None:
+    """Heat that underflows is scaled, one source at a time; the others of the block are not held up."""
+    mesh = strip(1000)
+    middle = int(np.abs(mesh.vertices[:, 0] - mesh.vertices[:, 0].mean()).argmin())
+    assert_rows_agree(mesh, [vertex_sources(mesh, [v]) for v in (0, 1, middle, middle + 1, 2001)])
+    solver = HeatDistance(mesh, "h2", queries=9)
+    assert solver._rows is not None
+    np.testing.assert_array_equal(solver._rows(np.array([0, middle]))[1], [False, True])
+
+
+def test_rows_of_other_sources() -> None:
+    """Sets of several vertices and points within faces stand among single vertices, in their order."""
+    mesh = icosphere(3)
+    points = [
+        vertex_sources(mesh, [5]),
+        face_source(mesh, 17),
+        vertex_sources(mesh, [5, 600]),
+        vertex_sources(mesh, [0]),
+    ]
+    assert_rows_agree(mesh, [*points, joined(points[:2])])
+    assert_rows_agree(mesh, [*points, joined(points[:2])], robust=True)
+
+
+def test_rows_on_hostile_meshes() -> None:
+    """Slivers, faces without area, components of other sizes."""
+    for mesh, options in ((sheared(), {"robust": True}), (split_diagonals(), {"robust": True}), (sheared(), {})):
+        assert_rows_agree(mesh, some_sources(mesh), refine=False, **options)
+    rows = HeatDistance(two_spheres(), "h2", queries=9).rows([vertex_sources(two_spheres(), [v]) for v in (0, 200)])
+    np.testing.assert_array_equal(np.isinf(rows).sum(axis=1), [163, 163])
+
+
+def test_one_row_does_not_depend_on_the_others() -> None:
+    """Up to rounding; and twice the same is the same to the last bit."""
+    mesh = torus(30, 20)
+    queries = some_sources(mesh, 70)
+    solver = HeatDistance(mesh, "h2", queries=1000)
+    rows = solver.rows(queries)
+    np.testing.assert_array_equal(HeatDistance(mesh, "h2", queries=1000).rows(queries), rows)
+    np.testing.assert_allclose(solver.rows(queries[3:5]), rows[3:5], rtol=0, atol=1e-13 * rows.max())
+
+
+def test_symmetry_is_that_of_the_mesh() -> None:
+    """Distances between the twelve corners of an icosphere: three different ones, in the numbers 1, 5, 5, 1."""
+    mesh = icosphere(4)
+    rows = HeatDistance(mesh, "h2", queries=12).rows([vertex_sources(mesh, [v]) for v in range(12)])[:, :12]
+    np.testing.assert_allclose(np.sort(rows, axis=1), np.tile(np.sort(rows[0]), (12, 1)), rtol=1e-12, atol=1e-12)
+    np.testing.assert_allclose(np.diff(np.sort(rows[0]))[[1, 2, 3, 4, 6, 7, 8, 9]], 0, atol=1e-12)
+    np.testing.assert_allclose(rows.max(), np.pi, rtol=0.02)
+
+
+@needs_reference
+@pytest.mark.parametrize("file", ["kitten.obj", "fandisk.obj", "moomoo.off"])
+@pytest.mark.parametrize("options", ["plain", "robust"])
+def test_rows_on_real_meshes(file: str, options: str) -> None:
+    """The same there."""
+    mesh = read_mesh(reference(f"meshes/closed/{file}"))
+    assert_rows_agree(mesh, some_sources(mesh, 5), **OPTIONS[options])
+
+
+# -- the bound along edges --------------------------------------------------------------------------------------------
+
+
+def bounded(mesh: TriangleMesh, phi: np.ndarray, sources: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """By `PathBound`, and by searches along edges."""
+    found = np.array(phi)
+    expected = np.stack(
+        [np.minimum(found[:, c], edge_path_distance(mesh, sources[[c]])) for c in range(len(sources))], axis=1
+    )
+    PathBound(mesh)(found, sources)
+    return found, expected
+
+
+@pytest.mark.parametrize("name", ["sphere", "torus", "grid", "strip", "crumpled_torus", "tetrahedron", "annulus"])
+@pytest.mark.parametrize("stretch", [0.9, 1.0, 1.01, 1.1, 2.0, -1.0])
+def test_bound_along_edges(name: str, stretch: float) -> None:
+    """For distances that are too short, right, or too long, with bumps or without."""
+    mesh = zoo_mesh(name)
+    rng = np.random.default_rng(1)
+    sources = rng.integers(0, mesh.n_vertices, 6)
+    straight = np.linalg.norm(mesh.vertices[:, None] - mesh.vertices[sources], axis=2)
+    for bumps in (0.0, 0.02, 0.5):
+        phi = stretch * straight * (1 + bumps * np.sin(9 * mesh.vertices[:, :1] + np.arange(6)))
+        found, expected = bounded(mesh, phi, sources)
+        np.testing.assert_allclose(found, expected, rtol=0, atol=1e-12 * np.abs(phi).max())
+
+
+@pytest.mark.parametrize("steep", [0.0, 1.0])
+def test_bound_along_a_line_of_edges(steep: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A slope of 1 + 1e-3 along the edges of a grid is held by the edges; across them it is not touched. By either way
+    of searching."""
+    monkeypatch.setattr("geomhw.mesh.path_bound.STEEP", steep)
+    monkeypatch.setattr("geomhw.mesh.path_bound.VISITS", steep)
+    mesh = grid(20, 20)
+    phi = 1.001 * np.linalg.norm(mesh.vertices - mesh.vertices[0], axis=1)[:, None]
+    found, expected = bounded(mesh, phi, np.array([0]))
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-12)
+    assert np.count_nonzero(found < phi) >= 40
+    assert np.count_nonzero(found == phi) > 300
