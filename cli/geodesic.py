@@ -8,12 +8,15 @@ import click
 
 from geomhw_cli import options
 from geomhw_cli.job import Job, robust_line
+from geomhw_cli.many import ManyJob, many_options
+from geomhw_cli.questions import Questions
 from geomhw_cli.sources import SourceSpecs, shortened, source_line
 
 
 @click.command(no_args_is_help=True, short_help="Distance by the heat method.")
 @options.mesh_argument
 @options.source_option
+@many_options
 @options.time_option
 @options.robust_option
 @options.refine_option
@@ -35,6 +38,10 @@ from geomhw_cli.sources import SourceSpecs, shortened, source_line
 def geodesic(
     mesh_path: Path,
     sources: SourceSpecs,
+    all_pairs: bool,
+    pairs: Path | None,
+    source_file: Path | None,
+    single: bool,
     time: str,
     robust: bool,
     refine: bool | None,
@@ -62,11 +69,20 @@ def geodesic(
     With --robust, values at vertices are those of the intrinsic Delaunay triangulation; those on faces are taken from
     u on the faces of MESH, and are zero where these have no area.
 
+    --all-pairs, --pairs and --sources write distances alone, a row a source, in memory that does not grow with their
+    number. Interrupted, the same command goes on where it was; until all is there, it lies in D.partial.npy.
+
     \b
     Examples:
       geomhw geodesic data/creature.obj --source 0 -o creature.vtp --png creature.png
       geomhw geodesic data/strip.off --source boundary --source face:17:0.2,0.3,0.5 --no-png
+      geomhw geodesic data/creature.obj --all-pairs -o D.npy
     """
+    rest = {"source": sources.specs, "png": png, "single": single}
+    if questions := Questions.parse(all_pairs, pairs, source_file, rest):
+        choices = {"time": time, "robust": robust, "refine": refine, "boundary": boundary, "solver": solver}
+        ManyJob.plan(mesh_path, questions, outputs, single, {**choices, "as_json": as_json, "quiet": quiet}).run()
+        return
     from geomhw.methods.heat_distance import HeatDistance
     from geomhw.render.pictures import HEAT_METHOD, geodesic_picture
 

@@ -90,6 +90,30 @@ class SourceSpecs:
         return joined([spec.on(mesh) for spec in self.specs])
 
 
+def source_lines(path: Path) -> list[SourceSpecs]:
+    """What each line of a file names, as a set of its own. FormatError for a bad file."""
+    from geomhw.io.lines import read_lines
+
+    return [SourceSpecs(_of_line(path, number, line)) for number, line in read_lines(path)]
+
+
+def source_pairs(path: Path) -> list[tuple[SourceSpecs, SourceSpecs, str, tuple[str, str]]]:
+    """The two that each line of a file names, with a blank, or between numbers a comma, between them, where they stand,
+    and in what words; equal words give the same object. FormatError for a bad file."""
+    from geomhw.io.lines import read_lines
+
+    pairs, known = [], dict[str, SourceSpecs]()
+    for number, line in read_lines(path):
+        words = line.split() if not re.fullmatch(r"\d+\s*,\s*\d+", line) else re.findall(r"\d+", line)
+        if len(words) != 2:
+            raise FormatError(f"{path}, line {number}: '{line[:60]}' is no pair; give two sources, as in: 0 17")
+        for word in words:
+            if word not in known:
+                known[word] = SourceSpecs(_of_line(path, number, word))
+        pairs.append((known[words[0]], known[words[1]], f"{path}, line {number}: ", (words[0], words[1])))
+    return pairs
+
+
 def _of_text(text: str) -> list[Spec]:
     try:
         return _specs(text)
@@ -100,14 +124,15 @@ def _of_text(text: str) -> list[Spec]:
 def _of_file(path: Path) -> list[Spec]:
     from geomhw.io.lines import read_lines
 
-    specs = []
-    for number, line in read_lines(path):
-        origin = f"{path}, line {number}: "
-        try:
-            specs += _specs(line, origin)
-        except ValueError as error:
-            raise FormatError(f"{origin}{error}") from None
-    return specs
+    return [spec for number, line in read_lines(path) for spec in _of_line(path, number, line)]
+
+
+def _of_line(path: Path, number: int, text: str) -> list[Spec]:
+    origin = f"{path}, line {number}: "
+    try:
+        return _specs(text, origin)
+    except ValueError as error:
+        raise FormatError(f"{origin}{error}") from None
 
 
 def _specs(text: str, origin: str = "") -> list[Spec]:

@@ -25,6 +25,8 @@ COMMANDS = [
     "geodesic torus.ply --robust -o robust.vtp --json",
     "geodesic torus.ply --refine --time h2 -o refined.vtp --json",
     "geodesic torus.ply --source 1-9 --robust --solver multigrid -o multigrid.vtp --json",
+    "geodesic torus.ply --all-pairs -o all.npy --json",
+    "geodesic torus.ply --all-pairs --robust --single -o robust.npy --json",
     "info torus.ply --check --json",
     "vecdiffuse torus.ply --source 3 --source 40 --dt h2 --dt 0.1 -o v.ply --json",
     "vecdiffuse torus.ply --robust -o vr.vtp --json",

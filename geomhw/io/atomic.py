@@ -116,6 +116,10 @@ def _sentence(error: OSError, temporaries: Sequence[Path], targets: Sequence[Pat
     named = [
         t.name for temporary, t in zip(temporaries, targets, strict=True) if error.filename == os.fspath(temporary)
     ]
-    about = named or [target.name for target in targets]
+    return disk_sentence(error, ", ".join(named or [target.name for target in targets]))
+
+
+def disk_sentence(error: OSError, name: str) -> str:
+    """Why a file of that name cannot be written, and what to do."""
     advice = next((f"; {words}" for numbers, words in _ADVICE if error.errno in numbers), "")
-    return f"cannot write {', '.join(about)}: {error.strerror or error}{advice}"
+    return f"cannot write {name}: {error.strerror or error}{advice}"

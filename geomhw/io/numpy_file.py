@@ -28,6 +28,13 @@ def read_numpy(data: bytes) -> NDArray[Any] | dict[str, NDArray[Any]]:
     return found
 
 
+def npy_header(shape: tuple[int, ...], kind: str) -> bytes:
+    """The beginning of a ``.npy`` of that shape, by rows, and kind of numbers, ``<f8`` or ``<f4``."""
+    stream = io.BytesIO()
+    np.lib.format.write_array_header_1_0(stream, {"descr": kind, "fortran_order": False, "shape": shape})
+    return stream.getvalue()
+
+
 def _most(member: zipfile.ZipInfo) -> int:
     """Bytes that a member can unpack to."""
     if member.compress_type == zipfile.ZIP_STORED:

@@ -160,6 +160,11 @@ class HeatDistance:
             rows[k] = self.from_sources(queries[k])["distance"]
         return rows
 
+    def prepare(self) -> None:
+        """Factor now what would be factored on first use."""
+        if self._rows:
+            self._flow.prepare()
+
     def _unfolded(self, sources: Sources, distance: Floats) -> Floats:
         """Distances corrected by unfolding."""
         # A face that holds a source is one of the mesh, and may be none of another triangulation.
@@ -167,10 +172,16 @@ class HeatDistance:
         chord = chord_to_nearest(self.mesh, sources, np.arange(self.mesh.n_vertices))
         return np.maximum(unfold(known_distances(self.mesh, sources), distance), chord)
 
-    def solver_report(self) -> dict[str, str]:
-        """How systems are solved: ``solver``, and where they are factored ``factorization``."""
+    def settings(self) -> dict[str, Any]:
+        """What a report says of how distances are computed."""
         factored = self._flow.factorization
-        return {"solver": "direct", "factorization": factored} if factored else {"solver": "multigrid"}
+        return {
+            "time": self.time.report(self._flow.mesh.mean_edge_length),
+            "refined": self._refine,
+            "boundary": self._flow.boundary,
+            **({"solver": "direct", "factorization": factored} if factored else {"solver": "multigrid"}),
+            **({"robust": self.robust.report()} if self.robust else {}),
+        }
 
     def _distance(self, spread: Floats, sources: Sources, start: Floats, reached: Ints) -> Floats:
         """φ with Sφ = -Div X, right at the sources."""
@@ -211,14 +222,10 @@ class HeatDistance:
         too_short = int(np.count_nonzero(distance < LEAST_CHORD_SHARE * chord))
         return {
             "sources": sources.report(),
-            "time": self.time.report(self._flow.mesh.mean_edge_length),
             "farthest": {"vertex": farthest, "distance": float(distance[farthest])},
             "mean_distance": float(distance[finite].mean()),
             "unreachable_vertices": unreached,
-            "refined": self._refine,
-            "boundary": self._flow.boundary,
-            **self.solver_report(),
-            **({"robust": self.robust.report()} if self.robust else {}),
+            **self.settings(),
             **({"too_short_distances": too_short} if too_short else {}),
         }
 

@@ -108,6 +108,12 @@ class HeatFlow:
             return insulated or cold or LogValues.of(impulse)
         return insulated.mean_with(cold)
 
+    def prepare(self) -> None:
+        """Factor now what would be factored on first use."""
+        for open_end in (True, False):
+            if self.boundary != ("dirichlet" if open_end else "neumann"):
+                self._solver(open_end)
+
     @property
     def factorization(self) -> str:
         """By what the system was factored, as `DirectSolver` names it; empty where it has not been."""
