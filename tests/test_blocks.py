@@ -9,7 +9,7 @@ from geomhw.errors import ConvergenceError
 from geomhw.mesh.primitives import grid, icosphere, strip
 from geomhw.operators.connection import complex_connection_stiffness
 from geomhw.operators.laplacian import lumped_mass, stiffness
-from geomhw.solvers.costs import Work
+from geomhw.solvers.costs import Work, cheapest
 from geomhw.solvers.direct import DirectSolver
 from geomhw.solvers.dissection import Dissection
 from geomhw.solvers.fronts import BlockCholesky
@@ -124,8 +124,46 @@ def test_not_positive_definite() -> None:
         DirectSolver(stiffness(grid(9, 9)) * 0.0, work=MANY)
 
 
-def test_the_front_door_goes_by_the_work() -> None:
+def test_cholmod() -> None:
+    """Where it is installed: solutions real and complex, alone and at once; a refusal, where SuperLU steps in."""
+    pytest.importorskip("kvxopt")
+    from geomhw.solvers.cholmod import Cholmod
+
+    mesh = icosphere(3)
+    A = heat_matrix("sphere")
+    Z = sp.csr_array(A + mesh.mean_edge_length**2 * complex_connection_stiffness(mesh, "normals"))
+    rng = np.random.default_rng(0)
+    b = rng.normal(size=(mesh.n_vertices, 3))
+    for matrix, rhs in ((A, b), (A, b[:, 0]), (Z, b + 1j * b[::-1]), (A, b + 1j * b[::-1])):
+        x = Cholmod(matrix)(rhs)
+        np.testing.assert_allclose(matrix @ x, rhs, rtol=0, atol=1e-12 * np.abs(rhs).max())
+        np.testing.assert_array_equal(Cholmod(matrix)(rhs), x)
+    for n in (2, 300):
+        with pytest.raises(ConvergenceError, match="not positive definite"):
+            Cholmod(sp.csr_array(sp.diags_array(np.resize([1.0, -1.0], n))))
+    n = 6000
+    chain = sp.csr_array(
+        sp.diags_array([np.full(n - 1, -1.0), np.full(n, 2.1), np.full(n - 1, -1.0)], offsets=[-1, 0, 1])
+    )
+    free = np.arange(n) % 1000 > 0
+    solver = DirectSolver(chain, free, Work(20, 1))
+    assert solver.factorization == "cholmod"
+    expected = DirectSolver(chain, free, MANY)(np.ones((n, 2)))
+    np.testing.assert_allclose(solver(np.ones((n, 2))), expected, rtol=1e-12)
+
+
+def test_the_extra_is_none_of_the_requirements(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without kvxopt the choice is between SuperLU and blocks; with it, it takes what it is best at."""
+    sizes = [(n, work) for n in (100, 3000, 30_000, 300_000) for work in (Work(1, 1), Work(100, 1), MANY)]
+    monkeypatch.setattr("geomhw.solvers.costs.installed", lambda: False)
+    assert {cheapest(*size) for size in sizes} == {"superlu", "blocks"}
+    monkeypatch.setattr("geomhw.solvers.costs.installed", lambda: True)
+    assert [cheapest(30_000, work) for work in (Work(1, 1), Work(100, 1), MANY)] == ["cholmod", "cholmod", "blocks"]
+
+
+def test_the_front_door_goes_by_the_work(monkeypatch: pytest.MonkeyPatch) -> None:
     """One solution of a small system is SuperLU's, thousands are not; both are the same."""
+    monkeypatch.setattr("geomhw.solvers.costs.installed", lambda: False)
     mesh = icosphere(4)
     A = lumped_mass(mesh) + 0.01 * stiffness(mesh)
     free = np.ones(mesh.n_vertices, dtype=bool)

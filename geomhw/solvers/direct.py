@@ -8,12 +8,17 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from geomhw.errors import ConvergenceError
+from geomhw.solvers.cholmod import Cholmod
 from geomhw.solvers.costs import OCCASIONAL, FactorName, Work, cheapest
 from geomhw.solvers.fronts import BlockCholesky
 from geomhw.solvers.superlu import SuperLU
 from geomhw.solvers.threads import single_threaded
 
-_FACTORS: dict[FactorName, Callable[[sp.csr_array], Any]] = {"superlu": SuperLU, "blocks": BlockCholesky}
+_FACTORS: dict[FactorName, Callable[[sp.csr_array], Any]] = {
+    "superlu": SuperLU,
+    "blocks": BlockCholesky,
+    "cholmod": Cholmod,
+}
 
 
 class DirectSolver:

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from geomhw.errors import ConvergenceError
 from geomhw.mesh.arrays import Ints
 from geomhw.solvers.dissection import Dissection
-from geomhw.solvers.superlu import NO_SOLUTION
+from geomhw.solvers.superlu import NO_SOLUTION, NOT_DEFINITE
 
 Matrix = NDArray[Any]
 
@@ -126,7 +126,7 @@ class BlockCholesky:
                 front[places[:, None], places] += remainder
             triangle, info = potrf(front[:c, :c], lower=True) if c else (front[:c, :c], 0)
             if info:
-                raise ConvergenceError("the matrix is not positive definite")
+                raise ConvergenceError(NOT_DEFINITE)
             inverse_triangle = trtri(triangle, lower=True)[0] if c else triangle
             self._inverses.append(inverse_triangle.conj().T @ inverse_triangle)
             self._carriers.append(front[c:, :c] @ self._inverses[t])

@@ -11,6 +11,7 @@ from geomhw.errors import ConvergenceError
 from geomhw.mesh.arrays import Ints
 
 NO_SOLUTION = "the linear system has no finite solution; look for faces of nearly no area"
+NOT_DEFINITE = "the matrix is not positive definite"
 
 
 class SuperLU:

@@ -14,6 +14,7 @@ from geomhw.mesh.distances import edge_path_distance
 from geomhw.mesh.primitives import grid, icosphere, strip
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.operators.laplacian import lumped_mass, stiffness
+from geomhw.solvers.cholmod import Cholmod, installed
 from geomhw.solvers.fronts import BlockCholesky
 from geomhw.solvers.grounding import balanced, free_unknowns
 from geomhw.solvers.multigrid import MultigridSolver
@@ -32,6 +33,7 @@ KINDS = {
     "SuperLU factor": 0, "a solve": 1, f"of {AT_ONCE}": 2,
     "blocks factor": 3, "a solve ": 4, f"of {AT_ONCE} ": 5,
     "multigrid set-up": 6, "a solve  ": 7, "sweeps": 8,
+    **({"CHOLMOD factor": 9, "a solve   ": 10, f"of {AT_ONCE}  ": 11} if installed() else {}),
 }  # fmt: skip
 
 
@@ -70,7 +72,11 @@ def measured(mesh: TriangleMesh) -> list[float]:
     multigrid = MultigridSolver(S, free)
     b = balanced(one, mesh.components)
     found += [best(lambda: MultigridSolver(S, free)), best(lambda: multigrid(b))]
-    return [*found, best(lambda: solve_by_sweeps(A, impulse, travel))]
+    found.append(best(lambda: solve_by_sweeps(A, impulse, travel)))
+    if installed():
+        solver = Cholmod(A)
+        found += [best(lambda: Cholmod(A)), best(lambda: solver(one)), best(lambda: solver(many)) / AT_ONCE]
+    return found
 
 
 def best(work: Callable[[], object]) -> float:
