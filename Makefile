@@ -30,6 +30,7 @@ bench: $(BENCH)/.installed
 	OPENBLAS_NUM_THREADS=1 $(BENCH)/bin/python tests/benchmarks/accuracy.py
 	OPENBLAS_NUM_THREADS=1 $(BENCH)/bin/python tests/benchmarks/transport.py
 	OPENBLAS_NUM_THREADS=1 $(BENCH)/bin/python tests/benchmarks/files.py
+	OPENBLAS_NUM_THREADS=1 $(BENCH)/bin/python tests/benchmarks/many_sources.py
 
 # Renews the results that tests/test_golden.py compares with: after a change that is meant.
 golden: $(VENV)/.developing
