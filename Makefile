@@ -29,6 +29,7 @@ lint: $(VENV)/.developing
 bench: $(BENCH)/.installed
 	OPENBLAS_NUM_THREADS=1 $(BENCH)/bin/python tests/benchmarks/accuracy.py
 	OPENBLAS_NUM_THREADS=1 $(BENCH)/bin/python tests/benchmarks/transport.py
+	$(BENCH)/bin/python tests/benchmarks/distances.py
 	OPENBLAS_NUM_THREADS=1 $(BENCH)/bin/python tests/benchmarks/files.py
 	OPENBLAS_NUM_THREADS=1 $(BENCH)/bin/python tests/benchmarks/many_sources.py
 
@@ -64,5 +65,5 @@ $(VENV)/.fuzzing: $(VENV)/.developing
 $(BENCH)/.installed: pyproject.toml
 	test -x $(BENCH)/bin/python || $(PYTHON) -m venv $(BENCH) || { rm -rf $(BENCH); exit 1; }
 	$(BENCH)/bin/python -m pip install --quiet --disable-pip-version-check --editable . "potpourri3d>=1.4" "pygeodesic>=0.1.9" \
-	  "libigl>=2.5"
+	  "libigl>=2.5" "pymeshlab>=2023.12"
 	@touch $@

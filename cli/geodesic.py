@@ -98,7 +98,8 @@ def geodesic(
     )
     mesh = job.read()
     with job.stage("compute"):
-        result = HeatDistance(mesh, time, robust, refine, boundary, solver).from_sources(sources.on(mesh))
+        method = HeatDistance(mesh, time, robust, refine, boundary, solver)
+        result = method.from_sources(sources.on(mesh))
     job.write(result, partial(geodesic_picture, width=width, panels=panels or HEAT_METHOD))
     report = result.report
     farthest, t = report["farthest"], report["time"]
@@ -120,4 +121,4 @@ def geodesic(
             f"warning: {raised['vertices']} vertices came out below zero, the lowest at {raised['lowest']:.4g}; "
             "they have the straight distance through space to the nearest source instead"
         )
-    job.finish(mesh, shortened(report), lines)
+    job.finish(mesh, shortened(report) | {"profile": {"seconds": method.stages.seconds}}, lines)

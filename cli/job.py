@@ -1,7 +1,6 @@
 """One run of a command: plans its files, keeps time, writes data before pictures, prints the report."""
 
 import json
-import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -11,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from geomhw.errors import RenderError
+from geomhw.stages import Stages
 
 if TYPE_CHECKING:
     from geomhw.mesh.triangle_mesh import TriangleMesh
@@ -32,7 +32,7 @@ class Job:
     quiet: bool = False
     notes: dict[str, Any] = field(default_factory=dict)
     written: list[str] = field(default_factory=list)
-    seconds: dict[str, float] = field(default_factory=dict)
+    stages: Stages = field(default_factory=Stages)
 
     @classmethod
     def plan(
@@ -65,9 +65,8 @@ class Job:
     @contextmanager
     def stage(self, name: str) -> Iterator[None]:
         """Time what happens inside under that name."""
-        start = time.perf_counter()
-        yield
-        self.seconds[name] = round(time.perf_counter() - start, 4)
+        with self.stages(name):
+            yield
 
     def read(self) -> "TriangleMesh":
         """The mesh of the command line; what the reader noticed goes to the report."""
@@ -117,7 +116,7 @@ class Job:
             **answers,
             "remarks": [line for line in lines if line.startswith(("note: ", "warning: "))],
             "files": self.written,
-            "seconds": self.seconds,
+            "seconds": self.stages.seconds,
         }
         if self.as_json:
             click.echo(json.dumps(report, indent=2, allow_nan=False))

@@ -1,7 +1,6 @@
 """``geomhw geodesic --all-pairs``, ``--pairs`` and ``--sources``: many questions on one mesh, in constant memory."""
 
 import hashlib
-import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -86,7 +85,7 @@ class ManyJob:
             solver.prepare()
         with self._file(mesh, asked.size(mesh)) as partial, self._kept(partial):
             self._answer(mesh, solver, asked, partial)
-            with self._adding("write"):
+            with self.job.stage("write"):
                 if asked.lines is None:
                     partial.finish()
                 else:
@@ -123,9 +122,9 @@ class ManyJob:
         with progress("geodesic") as bar:
             for first in range(partial.done, asked.count, size):
                 last = min(first + size, asked.count)
-                with self._adding("compute"):
+                with self.job.stage("compute"):
                     values = asked.answers(solver, first, last)
-                with self._adding("write"):
+                with self.job.stage("write"):
                     partial.append(values.astype(self.kind).tobytes(), last, self._noted(values))
                 bar(last / asked.count)
 
@@ -165,13 +164,6 @@ class ManyJob:
                 raise
             what = f"{partial.done} of {self.questions.count} sources are kept in {partial.path.name}"
             raise click.ClickException(f"interrupted; {what}, and the same command goes on from there") from None
-
-    @contextmanager
-    def _adding(self, stage: str) -> Iterator[None]:
-        """Add up the time of what is done in turns."""
-        start = time.perf_counter()
-        yield
-        self.job.seconds[stage] = round(self.job.seconds.get(stage, 0.0) + time.perf_counter() - start, 4)
 
     def _report(self, mesh: "TriangleMesh", solver: "HeatDistance", asked: Any) -> None:
         report = {

@@ -100,6 +100,9 @@ def test_geodesic_report_is_json() -> None:
     assert report["time"]["asked"] == "auto"
     assert report["files"] == ["b.ply"]
     assert set(report["seconds"]) == {"read", "compute", "write"}
+    profile = report["profile"]["seconds"]
+    assert {"connectivity", "assembly", "paths along edges", "heat", "distance"} < set(profile)
+    assert sum(profile.values()) < report["seconds"]["compute"] + 1e-3
 
 
 def test_quiet_says_nothing() -> None:

@@ -20,8 +20,8 @@ ALLOWED = {
     # Reads two files and says what differs: above io, and below nothing but the program.
     "comparison": {"mesh", "results", "io"},
 }
-#: The array types are a vocabulary, not a mesh: they are open to all, as errors are.
-OPEN = {"geomhw.errors", "geomhw.mesh.arrays"}
+#: The array types are a vocabulary, not a mesh: they are open to all, as errors and clocks are.
+OPEN = {"geomhw.errors", "geomhw.mesh.arrays", "geomhw.stages"}
 #: Libraries that one room keeps to itself.
 PRIVATE = {
     "pyvista": {"render"},

@@ -31,6 +31,7 @@ from geomhw.solvers.choice import LaplaceSolver, SolverName
 from geomhw.solvers.costs import Work
 from geomhw.solvers.grounding import balanced, free_unknowns
 from geomhw.solvers.wavefront import LogValues
+from geomhw.stages import Stages
 
 #: Beside a source on a coarse mesh, distances may come out a third shorter than the straight line; below this share of
 #: it, they are wrong.
@@ -46,8 +47,8 @@ class HeatDistance:
     meets the boundary, as in `HeatFlow`; the mean of both conditions is best next to it. solver: ``direct`` factors,
     once for all sources; ``multigrid`` iterates, which on large meshes takes a fraction of that; ``auto`` goes by the
     size of the mesh and by how many queries are to come, and factors where iteration does not converge. Copies of faces
-    are left out. MeshError if a face has no area and robust is not asked for, FieldError for a time, a condition or a
-    solver that is none.
+    are left out. stages: seconds by stage. MeshError if a face has no area and robust is not asked for, FieldError for
+    a time, a condition or a solver that is none.
 
     >>> from geomhw.mesh.primitives import icosphere
     >>> result = HeatDistance(icosphere(3)).from_vertices([7])
@@ -66,14 +67,20 @@ class HeatDistance:
         queries: int = 1,
     ) -> None:
         self.mesh = mesh
+        self.stages = Stages()
         self._refine = robust if refine is None else refine
-        self._single = single = distinct(mesh)
-        self.robust = RobustTriangulation.of(single) if robust else None
+        with self.stages("connectivity"):
+            self._single = single = distinct(mesh)
+        self.robust: RobustTriangulation | None = None
+        if robust:
+            with self.stages("triangulation"):
+                self.robust = RobustTriangulation.of(single)
         self._domain = self.robust.surface if self.robust else single
         work = Work(queries, min(queries, block_size(mesh.n_vertices)))
-        self._flow = HeatFlow(self._domain, time, boundary, single.boundary_vertices, solver, work)
-        if not robust:
-            mesh.require_area(REMEDY)
+        with self.stages("assembly"):
+            self._flow = HeatFlow(self._domain, time, boundary, single.boundary_vertices, solver, work)
+            if not robust:
+                mesh.require_area(REMEDY)
 
     @property
     def time(self) -> TimeStep:
@@ -114,29 +121,36 @@ class HeatDistance:
         face of the mesh: ``heat_gradient`` ∇u, ``direction`` -∇u/|∇u|, zero where no heat comes, where there is no
         area, and between three source vertices.
         """
-        mesh = self.mesh
+        mesh, stage = self.mesh, self.stages
         wanted = sources[sources.distinct()[0]]
-        impulse = source_heat(self._flow, wanted)
-        start = known_distances(mesh, wanted)
-        paths = edge_path_distance(self._domain, np.flatnonzero(np.isfinite(start)), start)
-        heat = self._flow.from_impulse(impulse, None if len(wanted.within_faces) else paths)
-        reached = self._flow.reached(impulse)
-        directions = _directions(self._domain, heat, wanted.vertices)
-        spread = divergence_of(self._domain, directions)
-        distance, raised = self._bounded(self._distance(spread, wanted, start, reached), wanted, start, paths)
+        with stage("paths along edges"):
+            start = known_distances(mesh, wanted)
+            paths = edge_path_distance(self._domain, np.flatnonzero(np.isfinite(start)), start)
+        with stage("heat"):
+            impulse = source_heat(self._flow, wanted)
+            heat = self._flow.from_impulse(impulse, None if len(wanted.within_faces) else paths)
+            reached = self._flow.reached(impulse)
+        with stage("directions and divergence"):
+            directions = _directions(self._domain, heat, wanted.vertices)
+            spread = divergence_of(self._domain, directions)
+        with stage("distance"):
+            distance = self._distance(spread, wanted, start, reached)
+            distance, raised = self._bounded(distance, wanted, start, paths)
         if self._refine:
-            distance, raised = self._unfolded(wanted, distance), {}
-        if self._domain is not mesh:
-            directions = _directions(mesh, heat, wanted.vertices)
-        u = heat.plain
-        fields = [
-            Field("heat", "vertex", u),
-            Field("divergence", "vertex", spread),
-            Field("distance", "vertex", distance),
-            Field("heat_gradient", "face", gradient_of(mesh, u[mesh.faces], zero_without_area=True)),
-            Field("direction", "face", directions),
-        ]
-        return Result(mesh, fields, self._report(wanted, distance) | raised)
+            with stage("unfolding"):
+                distance, raised = self._unfolded(wanted, distance), {}
+        with stage("results"):
+            if self._domain is not mesh:
+                directions = _directions(mesh, heat, wanted.vertices)
+            u = heat.plain
+            fields = [
+                Field("heat", "vertex", u),
+                Field("divergence", "vertex", spread),
+                Field("distance", "vertex", distance),
+                Field("heat_gradient", "face", gradient_of(mesh, u[mesh.faces], zero_without_area=True)),
+                Field("direction", "face", directions),
+            ]
+            return Result(mesh, fields, self._report(wanted, distance) | raised)
 
     def rows(self, queries: Sequence[Sources]) -> Floats:
         """Distances from each of several sets of sources, (k, n): those of `from_sources`, to rounding.

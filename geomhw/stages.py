@@ -1,0 +1,28 @@
+"""Seconds by stage: what a profile of one run is made of."""
+
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+
+class Stages:
+    """Adds up the time spent in named stages.
+
+    >>> stages = Stages()
+    >>> with stages("assembly"):
+    ...     pass
+    >>> list(stages.seconds)
+    ['assembly']
+    """
+
+    def __init__(self) -> None:
+        self.seconds: dict[str, float] = {}
+
+    @contextmanager
+    def __call__(self, name: str) -> Iterator[None]:
+        """Time what happens inside under that name."""
+        start = time.perf_counter()
+        try:
+            yield
+        finally:
+            self.seconds[name] = round(self.seconds.get(name, 0.0) + time.perf_counter() - start, 4)
