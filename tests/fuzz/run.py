@@ -19,11 +19,13 @@ CORPUS, BUILD = HERE / "corpus", HERE.parent.parent / "build" / "fuzz"
 SECONDS, MEGABYTES, LONGEST = 1, 2048, 1 << 16
 #: libFuzzer's clock goes on while a busy machine does other things: it is for what hangs.
 HANGS = 20
+#: So many inputs a process: what the fuzzer itself keeps of each, a kilobyte or so, adds up.
+ROUND = 500_000
 #: Readers that fork are given fewer inputs, by this factor.
 FORK_COSTS = 20
 
 
-def guided(name: str, runs: int) -> None:
+def guided(name: str, runs: int, seed: int) -> None:
     """Hand this process to libFuzzer."""
     import atheris
 
@@ -34,7 +36,7 @@ def guided(name: str, runs: int) -> None:
     for folder in (grown, found):
         folder.mkdir(parents=True, exist_ok=True)
     options = [f"-runs={runs}", f"-timeout={HANGS}", f"-rss_limit_mb={MEGABYTES}", f"-max_len={LONGEST}"]
-    options += [f"-artifact_prefix={found}/{name}-", "-print_final_stats=1", "-verbosity=0", "-seed=1"]
+    options += [f"-artifact_prefix={found}/{name}-", "-print_final_stats=1", "-verbosity=0", f"-seed={seed}"]
     atheris.Setup([sys.argv[0], *options, str(grown), str(CORPUS / name)], lambda data: feed(name, data))
     atheris.Fuzz()
 
@@ -63,20 +65,24 @@ def plain(name: str, runs: int) -> int:
 
 
 def every(names: list[str], runs: int) -> int:
-    """All targets one after the other, each guided in a process of its own."""
+    """All targets one after the other, each guided in processes of their own."""
     from geomhw.io.external import FORMATS
 
     total, failed = 0, []
     for name in names:
         share = runs // FORK_COSTS if f".{name}" in FORMATS else runs
-        command = [sys.executable, "-m", "fuzz.run", "--runs", str(share), "--one", name]
-        answer = subprocess.run(command, capture_output=True, text=True, errors="replace", cwd=HERE.parent)
-        done = re.search(r"number_of_executed_units: (\d+)", answer.stderr)
-        count = int(done[1]) if done else 0
+        count = 0
+        for seed, start in enumerate(range(0, share, ROUND), start=1):
+            runs_now = str(min(ROUND, share - start))
+            command = [sys.executable, "-m", "fuzz.run", "--runs", runs_now, "--seed", str(seed), "--one", name]
+            answer = subprocess.run(command, capture_output=True, text=True, errors="replace", cwd=HERE.parent)
+            done = re.search(r"number_of_executed_units: (\d+)", answer.stderr)
+            count += int(done[1]) if done else 0
+            if answer.returncode:
+                failed.append(name)
+                print(answer.stderr[-3000:], file=sys.stderr)
+                break
         total += count
-        if answer.returncode:
-            failed.append(name)
-            print(answer.stderr[-3000:], file=sys.stderr)
         print(f"{name}: {count} guided inputs, exit code {answer.returncode}", flush=True)
     print(f"{total} inputs; broken: {', '.join(failed) or 'none'}")
     return len(failed)
@@ -88,11 +94,12 @@ def main() -> None:
     parser.add_argument("names", nargs="*", metavar="TARGET")
     parser.add_argument("--runs", type=int, default=40_000, help="inputs a reader")
     parser.add_argument("--plain", action="store_true", help="mutate by chance, without atheris")
+    parser.add_argument("--seed", type=int, default=1, help=argparse.SUPPRESS)
     parser.add_argument("--one", help=argparse.SUPPRESS)
     chosen = parser.parse_args()
     resource.setrlimit(resource.RLIMIT_AS, (4 << 30, 4 << 30))
     if chosen.one:
-        guided(chosen.one, chosen.runs)
+        guided(chosen.one, chosen.runs, chosen.seed)
         return
     names = chosen.names or sorted(path.name for path in CORPUS.iterdir())
     if find_spec("atheris") and not chosen.plain:
