@@ -21,6 +21,10 @@ TOLERANCE = 3e-9
 #: Or where rounding of A x keeps the residual up: at so many units in the last place of |A| |x|.
 ROUNDING_UNITS = 16.0
 MAX_ITERATIONS = 300
+#: Systems of so many unknowns are factored, and larger ones made coarser.
+COARSEST = 200
+#: Damping of the step that smooths what is interpolated [Vaněk, Mandel, Brezina 1996, eq. 6 has 4/3 over the radius].
+OMEGA = 4 / 3
 MAX_RESTARTS = 4
 
 
@@ -32,26 +36,12 @@ class MultigridSolver:
     """
 
     def __init__(self, matrix: sp.csr_array, free: NDArray[np.bool_] | None = None) -> None:
-        from pyamg import smoothed_aggregation_solver
-
         self._size = matrix.shape[0]
         self._free = np.arange(self._size) if free is None else np.flatnonzero(free)
         self._matrix = matrix.copy() if free is None else matrix[self._free][:, self._free]
         self._matrix.sort_indices()  # one order of work, whatever the history of the matrix
         if self._free.size:
-            # No entry is taken as weak: cotan weights vary with the shapes of faces, not with a direction of decay.
-            levels = smoothed_aggregation_solver(
-                sp.csr_matrix(self._matrix),
-                strength=None,
-                smooth=("jacobi", {"omega": 4 / 3, "weighting": "local"}),  # others draw random vectors
-                max_coarse=200,
-                coarse_solver="splu",
-            )
-            for level in levels.levels[1:]:
-                level.A = sp.csr_matrix(level.A)  # not in blocks of one, which are swept at half the speed
-            for level in levels.levels[:-1]:
-                level.P, level.R = sp.csr_matrix(level.P), sp.csr_matrix(level.R)
-            self._levels: Any = levels.aspreconditioner(cycle="V")
+            self._levels: Any = _smoothed_aggregation(sp.csr_matrix(self._matrix)).aspreconditioner(cycle="V")
 
     def __call__(self, rhs: Floats) -> Floats:
         """x, (n,), zero where not free; ConvergenceError if the iteration stops short."""
@@ -95,6 +85,34 @@ class MultigridSolver:
             residual = residual - step * image
             energy += step * weight
         return x, energy
+
+
+def _smoothed_aggregation(A: sp.csr_matrix) -> Any:
+    """Ever coarser systems: unknowns joined with all of their neighbors, and what is constant on them smoothed.
+
+    No entry is taken as weak: cotan weights vary with the shapes of faces, not with a direction of decay. Constants
+    are not improved, and D is that of Gershgorin, which draws no random vectors.
+    """
+    from pyamg import MultilevelSolver
+    from pyamg.aggregation import standard_aggregation
+    from pyamg.relaxation.smoothing import change_smoothers
+
+    levels = [MultilevelSolver.Level()]
+    levels[0].A = A
+    while A.shape[0] > COARSEST:
+        joined = standard_aggregation(A)[0].astype(float)
+        if joined.shape[1] >= A.shape[0]:
+            break
+        weights = (OMEGA / np.maximum(np.asarray(abs(A).sum(axis=1)).ravel(), np.finfo(float).tiny))[:, None]
+        levels[-1].P = sp.csr_matrix(joined - (A @ joined).multiply(weights))
+        levels[-1].R = levels[-1].P.T.tocsr()
+        A = sp.csr_matrix(levels[-1].R @ A @ levels[-1].P)
+        A.sort_indices()
+        levels.append(MultilevelSolver.Level())
+        levels[-1].A = A
+    solver = MultilevelSolver(levels, coarse_solver="splu")
+    change_smoothers(solver, ("gauss_seidel", {"sweep": "symmetric"}), ("gauss_seidel", {"sweep": "symmetric"}))
+    return solver
 
 
 def _norm(vector: Floats) -> float:
