@@ -23,7 +23,7 @@ def prepare() -> None:
 
     To be called before the first window opens. A window class chosen by the caller's environment is respected.
     """
-    os.environ.setdefault("VTK_FORCE_MSAA", "0")  # multisampling is the driver's; we supersample, with equal bytes
+    os.environ.setdefault("VTK_FORCE_MSAA", "1")  # else VTK takes no samples within pixels where Mesa draws
     chosen = os.environ.get(_WINDOW)
     if not sys.platform.startswith("linux") or (chosen and chosen != _EGL_WINDOW):
         return

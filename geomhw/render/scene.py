@@ -1,26 +1,27 @@
-"""The one place where VTK draws: a stage with a mesh on it, photographed as often as wanted.
+"""A stage with a mesh on it, photographed as often as wanted.
 
 Geometry is brought into the camera's coordinates in numpy: one unit is half the height of the picture, whatever the
 size of the mesh and wherever it lies. The camera never moves.
 """
 
 from collections.abc import Sequence
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
 from geomhw.mesh.arrays import Floats
 from geomhw.mesh.triangle_mesh import TriangleMesh
-from geomhw.render import creases, glyphs, offscreen
+from geomhw.render import creases, glyphs
 from geomhw.render.colors import Shades, shade
 from geomhw.render.layers import LIGHT, Arrows, Curves, Streaks, Surface, Theme
 from geomhw.render.view import View, choose_view
+from geomhw.render.window import Paint, Window
 
 Image = NDArray[np.uint8]
 
 #: Pixels drawn for each pixel delivered, along each side.
 SUPERSAMPLING = 2
+#: Samples of edges within each of those; none where a mesh has many faces, each of which they make thrice as dear.
+SAMPLES, MANY_FACES = 4, 100_000
 #: Free border round the mesh, a fraction of the picture.
 MARGIN = 0.03
 #: How far lines and arrows are brought towards the viewer, so that they do not drown in the surface.
@@ -45,9 +46,6 @@ class Stage:
     def __init__(
         self, mesh: TriangleMesh, size: tuple[int, int], view: View | None = None, theme: Theme = LIGHT
     ) -> None:
-        offscreen.prepare()
-        import pyvista
-
         self.mesh, self.size, self.theme = mesh, size, theme
         self.view = view or choose_view(mesh)
         width, height = size
@@ -55,13 +53,9 @@ class Stage:
         self.unit = float(np.max(self.view.extent / room))  # mesh length of one unit on stage
         self._points = self.view.project(mesh.vertices) / self.unit
         self._shell = creases.shell(mesh)
-        self._plotter: Any = pyvista.Plotter(
-            off_screen=True, window_size=[SUPERSAMPLING * width, SUPERSAMPLING * height], lighting="none"
-        )
-        self._plotter.set_background(theme.background)
-        self._plotter.renderer.SetUseOIT(False)  # translucent layers lie on each other in the order they are added
-        self._light()
-        self._aim()
+        depth = 1.1 * float(np.abs(np.delete(self._points[:, 2], mesh.unreferenced_vertices)).max()) + 1.0
+        samples = SAMPLES if mesh.n_faces <= MANY_FACES else 0
+        self._window = Window((SUPERSAMPLING * width, SUPERSAMPLING * height), theme.background, depth, samples)
 
     def __enter__(self) -> "Stage":
         return self
@@ -71,7 +65,7 @@ class Stage:
 
     def close(self) -> None:
         """Give the window back."""
-        self._plotter.close()
+        self._window.close()
 
     def pixels(self, points: Floats) -> Floats:
         """Where points of the mesh are in the picture, (k, 2): columns and rows, from the upper left corner."""
@@ -91,7 +85,7 @@ class Stage:
 
         shades: the surface's, where they are at hand.
         """
-        self._plotter.clear_actors()
+        self._window.clear()
         self._add_surface(surface, shades or shade(surface, self.mesh))
         for line in curves:
             segments = self.view.project(line.segments) / self.unit + np.array([0, 0, LIFT])
@@ -100,74 +94,39 @@ class Stage:
             self._add_arrows(item)
         for comets in streaks:
             self._add_streaks(comets)
-        self._plotter.render()
-        picture: Image = np.array(self._plotter.screenshot(None, return_img=True))[..., :3]
-        return picture
+        return self._window.pixels()
 
     # -- what is shown -------------------------------------------------------------------------------------------
 
     def _add_surface(self, surface: Surface, shades: Shades | None) -> None:
-        import pyvista
-
         everything = np.ones(self.mesh.n_faces, dtype=bool)
         if shades is None:
-            self._add_shell(everything, color=surface.color)
+            self._add_shell(everything, Paint(surface.color))
             return
         if shades.per_face or shades.known.all():
             known = shades.known if shades.per_face else everything
         else:
             known = np.asarray(shades.known[self.mesh.faces].all(axis=1))
-        self._add_shell(~known, color=self.theme.unknown)
+        self._add_shell(~known, Paint(self.theme.unknown))
         values = shades.values[known] if shades.per_face else shades.values[self._shell.origin]
-        place = "cell" if shades.per_face else "point"
-        if shades.rgb:
-            self._add_shell(known, scalars=values, preference=place, rgb=True)
-            return
-        table = pyvista.LookupTable(values=shades.table, scalar_range=(0.0, 1.0))
-        self._add_shell(known, scalars=values, preference=place, cmap=table)
+        table = None if shades.rgb else shades.table
+        self._add_shell(known, Paint(values=values, table=table, per_face=shades.per_face))
         if not len(shades.levels):
             return
         segments = glyphs.isoline_segments(self._points, self.mesh.faces[known], shades.values, shades.levels)
         self._add_lines(segments + np.array([0, 0, LIFT]), self.theme.line)
 
-    def _add_shell(self, which: NDArray[np.bool_], **look: Any) -> None:
-        import pyvista
-
+    def _add_shell(self, which: NDArray[np.bool_], paint: Paint) -> None:
         if not which.any():
             return
         points, normals = self._points[self._shell.origin], self._shell.normals @ self.view.axes.T
-        mesh = pyvista.PolyData.from_regular_faces(points.astype(np.float32), self._shell.faces[which])
-        mesh.point_data.active_normals = normals.astype(np.float32)
-        actor = self._plotter.add_mesh(
-            mesh,
-            ambient=0.52,
-            diffuse=0.55,
-            specular=0.08,
-            specular_power=20,
-            show_scalar_bar=False,
-            interpolate_before_map=True,
-            reset_camera=False,
-            render=False,
-            **look,
-        )
-        actor.prop.interpolation = "Phong"
+        self._window.add_triangles(points, self._shell.faces[which], paint, normals)
 
     def _add_lines(self, segments: Floats, color: str, width: float = 1.0) -> None:
-        import pyvista
-
-        if not len(segments):
-            return
-        lines = pyvista.PolyData()
-        lines.points = segments.reshape(-1, 3).astype(np.float32)
-        ends = np.arange(2 * len(segments)).reshape(-1, 2)
-        lines.lines = np.insert(ends, 0, 2, axis=1).ravel()
-        self._plotter.add_mesh(
-            lines, color=color, line_width=width * SUPERSAMPLING, lighting=False, reset_camera=False, render=False
-        )
+        if len(segments):
+            self._window.add_lines(segments, color, width * SUPERSAMPLING)
 
     def _add_arrows(self, arrows: Arrows) -> None:
-        import pyvista
-
         per_face = arrows.location == "face"
         mesh, axes = self.mesh, self.view.axes
         normals = mesh.face_normals if per_face else mesh.vertex_normals
@@ -192,12 +151,9 @@ class Stage:
         front = np.where(normals[:, 2:] < 0, -1.0, 1.0)  # on the side that is seen, of a sheet too
         lifted = centers + 0.1 * spacing * front * normals + [0, 0, LIFT]
         points, triangles = glyphs.arrow_triangles(lifted, drawn, normals)
-        shape = pyvista.PolyData.from_regular_faces(points.astype(np.float32), triangles)
-        self._plotter.add_mesh(shape, color=arrows.color, lighting=False, reset_camera=False, render=False)
+        self._window.add_triangles(points, triangles, Paint(arrows.color))
 
     def _add_streaks(self, streaks: Streaks) -> None:
-        import pyvista
-
         width, height = self.size
         facing = np.abs(streaks.normals @ self.view.axes[2])
         shown = facing > RIM
@@ -210,29 +166,7 @@ class Stage:
             (glyphs.comets(paths + np.array([0, 0, 0.2 * LIFT]), radii), streaks.color, 1.0),
         ]
         for (points, triangles, density), color, opacity in layers:
-            shape = pyvista.PolyData.from_regular_faces(points.astype(np.float32), triangles)
             rgb = np.array([int(color[k : k + 2], 16) for k in (1, 3, 5)], dtype=np.uint8)
             alpha = np.round(255 * opacity * density).astype(np.uint8)
-            shape.point_data["rgba"] = np.column_stack([np.tile(rgb, (len(points), 1)), alpha])
-            look = {"lighting": False, "show_scalar_bar": False, "reset_camera": False, "render": False}
-            self._plotter.add_mesh(shape, scalars="rgba", rgb=True, **look)
-
-    # -- light and camera ----------------------------------------------------------------------------------------
-
-    def _light(self) -> None:
-        import pyvista
-
-        for position, intensity in (((-0.5, 0.8, 1.2), 0.7), ((0.8, -0.1, 1.0), 0.35)):
-            light = pyvista.Light(
-                position=position, focal_point=(0, 0, 0), intensity=intensity, light_type="scene light"
-            )
-            light.positional = False
-            self._plotter.add_light(light)
-
-    def _aim(self) -> None:
-        camera = self._plotter.camera
-        depth = 1.1 * float(np.abs(np.delete(self._points[:, 2], self.mesh.unreferenced_vertices)).max()) + 1.0
-        camera.position, camera.focal_point, camera.up = (0, 0, 2 * depth), (0, 0, 0), (0, 1, 0)
-        camera.parallel_projection = True
-        camera.parallel_scale = 1.0
-        camera.clipping_range = (depth * 0.5, depth * 3.5)
+            rgba = np.column_stack([np.tile(rgb, (len(points), 1)), alpha])
+            self._window.add_triangles(points, triangles, Paint(values=rgba))

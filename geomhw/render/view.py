@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from geomhw.mesh.arrays import Floats
+from geomhw.mesh.arrays import Floats, Ints
 from geomhw.mesh.geometry import unit
 from geomhw.mesh.sampling import area_samples, points_on
 from geomhw.mesh.triangle_mesh import TriangleMesh
@@ -79,11 +79,9 @@ def visible(mesh: TriangleMesh, view: View, vertices: Sequence[int], at: Floats 
     points = view.project(mesh.vertices)
     places = points[list(vertices)] if at is None else view.project(at)
     near = 1e-3 * np.ptp(points, axis=0).max()
-    corners = points.T[:2, mesh.faces.T]  # (2, 3, m)
-    low, high = corners.min(axis=1), corners.max(axis=1)
     answers = []
     for vertex, p in zip(vertices, places, strict=True):  # a handful of markers
-        round_it = mesh.faces[((low <= p[:2, None]) & (p[:2, None] <= high)).all(axis=0)]
+        round_it = mesh.faces[_boxed(points, mesh.faces, p)]
         a, b, c = (points[round_it[:, k]] for k in range(3))
         areas = np.stack([_turn(b - p, c - p), _turn(c - p, a - p), _turn(a - p, b - p)], axis=1)
         total = areas.sum(axis=1)
@@ -93,6 +91,15 @@ def visible(mesh: TriangleMesh, view: View, vertices: Sequence[int], at: Floats 
         own = (round_it[inside] == vertex).any(axis=1)
         answers.append(not np.any((depth > p[2] + near) & ~own))
     return answers
+
+
+def _boxed(points: Floats, faces: Ints, p: Floats) -> Ints:
+    """The faces whose upright box, in the picture, holds p."""
+    sides = np.zeros(len(points), dtype=np.uint8)
+    for bit, away in enumerate((points[:, 0] < p[0], points[:, 0] > p[0], points[:, 1] < p[1], points[:, 1] > p[1])):
+        sides |= away.astype(np.uint8) << bit
+    a, b, c = (sides[faces[:, k]] for k in range(3))
+    return np.flatnonzero(a & b & c == 0)  # on no side of p are all three corners
 
 
 def surface_samples(mesh: TriangleMesh, count: int) -> Floats:
