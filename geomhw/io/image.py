@@ -25,7 +25,7 @@ def write_png(path: str | Path, image: NDArray[Any]) -> None:
     from PIL import Image
 
     with replacing([path]) as (temporary,):
-        Image.fromarray(np.ascontiguousarray(image)).save(temporary, format="PNG", compress_level=6)
+        Image.fromarray(np.ascontiguousarray(image)).save(temporary, format="PNG", compress_level=4)
 
 
 def read_png(path: str | Path) -> NDArray[np.uint8]:
