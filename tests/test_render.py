@@ -11,7 +11,7 @@ from scipy import ndimage
 from geomhw.errors import FieldError, RenderError
 from geomhw.mesh import primitives
 from geomhw.mesh.triangle_mesh import TriangleMesh
-from geomhw.render import offscreen
+from geomhw.render import hidden, offscreen
 from geomhw.render.layers import DARK, Arrows, Marker, Panel, Surface
 from geomhw.render.panels import Drawing, draw
 from geomhw.render.pictures import geodesic_picture, helmholtz_picture
@@ -407,3 +407,48 @@ def test_choice_of_window_is_respected(monkeypatch):
     monkeypatch.setattr(offscreen, "missing_opengl", _no_library)
     offscreen.prepare()
     assert os.environ["VTK_DEFAULT_OPENGL_WINDOW"] == "vtkOSOpenGLRenderWindow"
+
+
+# -- many faces --------------------------------------------------------------------------------------------------
+
+
+def inside_out(mesh: TriangleMesh) -> TriangleMesh:
+    return TriangleMesh(mesh.vertices, mesh.faces[:, ::-1])
+
+
+def crossing_itself() -> TriangleMesh:
+    """A sphere whose upper cap is pulled down through the lower one, and there shows its inner side."""
+    ball = primitives.icosphere(4)
+    down = np.stack(
+        [np.zeros(ball.n_vertices), 6 * np.maximum(ball.vertices[:, 1] - 0.5, 0), np.zeros(ball.n_vertices)]
+    )
+    return TriangleMesh(ball.vertices - down.T, ball.faces)
+
+
+SEEN_FROM_FRONT = View(np.eye(3), np.zeros(3), np.array([2.1, 2.1]))
+
+
+@pytest.mark.parametrize(
+    "mesh",
+    [primitives.icosphere(4), inside_out(primitives.icosphere(4)), crossing_itself(), primitives.grid(20, 20)],
+    ids=["sphere", "inside out", "crossing itself", "open"],
+)
+def test_leaving_out_what_is_hidden_changes_nothing(mesh, monkeypatch):
+    """Of many faces those turned away are not drawn, unless they are in sight: the same picture."""
+    monkeypatch.setattr("geomhw.render.scene.SAMPLES", 0)
+    pictures = []
+    for many in (0, mesh.n_faces):
+        monkeypatch.setattr("geomhw.render.scene.MANY_FACES", many)
+        with Stage(mesh, (120, 120), SEEN_FROM_FRONT) as stage:
+            for surface in (Surface(mesh.vertices[:, 1], isolines=5), Surface(mesh.face_centers[:, 0], "face")):
+                pictures.append(stage.photograph(surface).astype(int))
+    assert np.abs(pictures[0] - pictures[2]).max() == np.abs(pictures[1] - pictures[3]).max() == 0
+
+
+def test_what_is_turned_away_and_hidden_is_left_out():
+    ball = primitives.icosphere(3)
+    away = hidden.turned_away(ball, np.array([0.0, 0.0, 1.0]))
+    assert 0.4 < away.mean() < 0.6
+    front = np.full((64, 64), 0.0)
+    assert not hidden.in_sight(ball.vertices, ball.faces[away], front)
+    assert hidden.in_sight(ball.vertices, ball.faces[~away], front)

@@ -5,12 +5,13 @@ size of the mesh and wherever it lies. The camera never moves.
 """
 
 from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
 from geomhw.mesh.arrays import Floats
 from geomhw.mesh.triangle_mesh import TriangleMesh
-from geomhw.render import creases, glyphs
+from geomhw.render import creases, glyphs, hidden
 from geomhw.render.colors import Shades, shade
 from geomhw.render.layers import LIGHT, Arrows, Curves, Streaks, Surface, Theme
 from geomhw.render.view import View, choose_view
@@ -54,7 +55,10 @@ class Stage:
         self._points = self.view.project(mesh.vertices) / self.unit
         self._shell = creases.shell(mesh)
         depth = 1.1 * float(np.abs(np.delete(self._points[:, 2], mesh.unreferenced_vertices)).max()) + 1.0
-        samples = SAMPLES if mesh.n_faces <= MANY_FACES else 0
+        many = mesh.n_faces > MANY_FACES
+        self._hidden = hidden.turned_away(mesh, self.view.axes[2]) if many else np.zeros(mesh.n_faces, dtype=bool)
+        self._doubtful = bool(self._hidden.any())
+        samples = 0 if many else SAMPLES
         self._window = Window((SUPERSAMPLING * width, SUPERSAMPLING * height), theme.background, depth, samples)
 
     def __enter__(self) -> "Stage":
@@ -85,8 +89,9 @@ class Stage:
 
         shades: the surface's, where they are at hand.
         """
+        shades = shades or shade(surface, self.mesh)
         self._window.clear()
-        self._add_surface(surface, shades or shade(surface, self.mesh))
+        self._add_surface(surface, shades)
         for line in curves:
             segments = self.view.project(line.segments) / self.unit + np.array([0, 0, LIFT])
             self._add_lines(segments, line.color, line.width)
@@ -94,23 +99,29 @@ class Stage:
             self._add_arrows(item)
         for comets in streaks:
             self._add_streaks(comets)
-        return self._window.pixels()
+        picture = self._window.pixels()
+        if self._doubtful:
+            self._doubtful = False
+            if hidden.in_sight(self._points, self.mesh.faces[self._hidden], self._window.nearest()):
+                self._hidden = np.zeros(self.mesh.n_faces, dtype=bool)
+                return self.photograph(surface, arrows, shades, streaks, curves)
+        return picture
 
     # -- what is shown -------------------------------------------------------------------------------------------
 
     def _add_surface(self, surface: Surface, shades: Shades | None) -> None:
-        everything = np.ones(self.mesh.n_faces, dtype=bool)
+        drawn = ~self._hidden
         if shades is None:
-            self._add_shell(everything, Paint(surface.color))
+            self._add_shell(drawn, Paint(surface.color))
             return
         if shades.per_face or shades.known.all():
-            known = shades.known if shades.per_face else everything
+            known = shades.known if shades.per_face else np.ones(self.mesh.n_faces, dtype=bool)
         else:
             known = np.asarray(shades.known[self.mesh.faces].all(axis=1))
-        self._add_shell(~known, Paint(self.theme.unknown))
-        values = shades.values[known] if shades.per_face else shades.values[self._shell.origin]
+        self._add_shell(drawn & ~known, Paint(self.theme.unknown))
+        values = shades.values[drawn & known] if shades.per_face else shades.values[self._shell.origin]
         table = None if shades.rgb else shades.table
-        self._add_shell(known, Paint(values=values, table=table, per_face=shades.per_face))
+        self._add_shell(drawn & known, Paint(values=values, table=table, per_face=shades.per_face))
         if not len(shades.levels):
             return
         segments = glyphs.isoline_segments(self._points, self.mesh.faces[known], shades.values, shades.levels)

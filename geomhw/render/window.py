@@ -61,6 +61,7 @@ class Window:
         self._window.SetMultiSamples(samples)
         self._window.SetSize(*size)
         self._window.AddRenderer(self._renderer)
+        self._depth = depth
         self._aim(depth)
 
     def _aim(self, depth: float) -> None:
@@ -82,7 +83,7 @@ class Window:
         self._renderer.RemoveAllViewProps()
 
     def add_triangles(self, points: Floats, triangles: Ints, paint: Paint, normals: Floats | None = None) -> None:
-        """Triangles, (k, 3), between points; lit, smoothly, if these have normals."""
+        """Triangles, (k, 3), between points, (p, 3); lit, smoothly, if these have normals, (p, 3)."""
         from vtkmodules.util.numpy_support import numpy_to_vtk
 
         data = _poly_data(points)
@@ -120,6 +121,18 @@ class Window:
         read = vtkUnsignedCharArray()
         self._window.GetPixelData(0, 0, width - 1, height - 1, 0, read, 0)
         return np.asarray(vtk_to_numpy(read).reshape(height, width, 3)[::-1])
+
+    def nearest(self) -> Floats:
+        """The z of what is seen at each pixel of the last picture, (h, w), from the bottom row up."""
+        from vtkmodules.util.numpy_support import vtk_to_numpy
+        from vtkmodules.vtkCommonCore import vtkFloatArray
+
+        width, height = self.size
+        read = vtkFloatArray()
+        self._window.GetZbufferData(0, 0, width - 1, height - 1, read)
+        return np.asarray(
+            self._depth * (1.5 - 3.0 * vtk_to_numpy(read).reshape(height, width))
+        )  # 0..1 in clipping range
 
 
 def _poly_data(points: Floats) -> Any:
