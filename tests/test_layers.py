@@ -24,7 +24,7 @@ ALLOWED = {
 OPEN = {"geomhw.errors", "geomhw.mesh.arrays", "geomhw.stages"}
 #: Libraries that one room keeps to itself.
 PRIVATE = {
-    "pyvista": {"render"},
+    "pyvista": set(),
     "vtkmodules": {"render"},
     "vtk": {"render"},
     "click": {"cli"},
