@@ -222,7 +222,8 @@ def test_a_film_that_ffmpeg_does_not_finish(monkeypatch: pytest.MonkeyPatch) -> 
 
 #: A run that stops at the chosen call of the system: it says so, and waits to be ended.
 STOPPING = """
-import os, sys, time
+import os, signal, sys, time
+signal.signal(signal.SIGHUP, signal.SIG_DFL)  # which is ignored where the tests run under nohup
 calls, at, seconds = 0, int(sys.argv.pop()), float(sys.argv.pop())
 def stop(former):
     def stopping(*arguments):
