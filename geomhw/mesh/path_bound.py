@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from geomhw.mesh.arrays import Floats, Ints
 from geomhw.mesh.polyhedral import PolyhedralSurface
+from geomhw.mesh.topology import counting_order
 
 #: Differences below this share of the largest value are rounding.
 ROUNDING = 1e-13
@@ -32,7 +33,7 @@ class PathBound:
         n = surface.n_vertices
         self._ends, self._lengths = surface.edges, surface.edge_lengths[:, None]
         tails, heads = np.concatenate([surface.edges, surface.edges[:, ::-1]]).T.astype(np.int64)
-        order = np.argsort(tails, kind="stable")
+        order = counting_order(tails)
         starts = np.append(0, np.cumsum(np.bincount(tails, minlength=n)))
         # Several edges between two vertices stay several entries.
         self._graph = sp.csr_array((np.tile(surface.edge_lengths, 2)[order], heads[order], starts), shape=(n, n))

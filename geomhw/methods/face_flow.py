@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geomhw.mesh.arrays import Floats, Ints
+from geomhw.mesh.topology import inner_pairs
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.operators.gradient import hat_gradients
 
@@ -30,10 +31,7 @@ class Crossings:
     def __init__(self, mesh: TriangleMesh) -> None:
         self.mesh = mesh
         self.hats = hat_gradients(mesh)
-        table = mesh.edge_table
-        order = np.argsort(table.of_faces.ravel(), kind="stable")
-        starts = (np.cumsum(table.face_counts) - table.face_counts)[table.face_counts == 2]
-        one, other = order[starts], order[starts + 1]
+        one, other, _ = inner_pairs(mesh.edge_table)
         self.across = np.full(3 * mesh.n_faces, -1)
         self.across[one], self.across[other] = other, one
         ahead = np.roll(mesh.faces, -1, axis=1).ravel()

@@ -7,7 +7,7 @@ from geomhw.mesh.arrays import Floats
 from geomhw.mesh.geometry import unit
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.methods.tangent_fields import tangential
-from geomhw.operators.gradient import hat_gradients
+from geomhw.operators.gradient import gradient_of
 
 
 def rigid_field(mesh: TriangleMesh, axis: Floats) -> Floats:
@@ -75,6 +75,6 @@ def random_field(mesh: TriangleMesh, seed: int, waves: int = 8) -> Floats:
     phase, height = rng.uniform(0, 2 * np.pi, 64), rng.normal(size=64)
     at = (mesh.vertices - (low + high) / 2) / radius
     stream = np.cos(at @ k.T + phase) @ height
-    slope = np.einsum("fk,fkx->fx", stream[mesh.faces], hat_gradients(mesh))
+    slope = gradient_of(mesh, stream[mesh.faces])
     V = np.cross(mesh.face_normals, slope)
     return np.asarray(10 * mesh.mean_edge_length / np.linalg.norm(V, axis=1).max() * V)

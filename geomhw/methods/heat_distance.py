@@ -20,7 +20,7 @@ from geomhw.mesh.polyhedral import PolyhedralSurface
 from geomhw.mesh.robust import RobustTriangulation
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.methods.distance_rows import DistanceRows, block_size
-from geomhw.methods.heat_flow import LEVEL, REMEDY, Boundary, HeatFlow
+from geomhw.methods.heat_flow import LEVEL, Boundary, HeatFlow
 from geomhw.methods.several_sources import chord_to_nearest, held_distance, known_distances, source_heat
 from geomhw.methods.sources import Sources, vertex_sources
 from geomhw.methods.time_step import TimeStep
@@ -79,8 +79,6 @@ class HeatDistance:
         work = Work(queries, min(queries, block_size(mesh.n_vertices)))
         with self.stages("assembly"):
             self._flow = HeatFlow(self._domain, time, boundary, single.boundary_vertices, solver, work)
-            if not robust:
-                mesh.require_area(REMEDY)
 
     @property
     def time(self) -> TimeStep:

@@ -10,6 +10,7 @@ from scipy.spatial import KDTree
 
 from geomhw.mesh.arrays import Floats, Ints
 from geomhw.mesh.geometry import lengths
+from geomhw.mesh.topology import counting_order
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.methods.heat_flow import HeatFlow
 from geomhw.methods.sources import Sources
@@ -94,7 +95,7 @@ def _holding(mesh: TriangleMesh, points: Sources) -> tuple[Ints, Floats]:
     place, edges = points.positions(mesh), mesh.edge_table
     on_edge = np.flatnonzero((points.weights == 0).any(axis=1))
     edge = edges.of_faces[points.faces[on_edge], np.argmin(points.weights[on_edge], axis=1)]
-    by_edge = np.argsort(edges.of_faces.ravel(), kind="stable") // 3
+    by_edge = counting_order(edges.of_faces.ravel()) // 3
     ends = np.cumsum(edges.face_counts)
     round_edge = [by_edge[ends[e] - edges.face_counts[e] : ends[e]] for e in edge]
     again = np.repeat(place[on_edge], edges.face_counts[edge], axis=0)

@@ -16,8 +16,7 @@ from numpy.typing import NDArray
 from threadpoolctl import ThreadpoolController
 
 from geomhw.errors import ConvergenceError
-from geomhw.mesh.arrays import Ints
-from geomhw.solvers.superlu import NO_SOLUTION, NOT_DEFINITE
+from geomhw.solvers.factorization import NO_SOLUTION, NOT_DEFINITE, Factorization
 
 #: A solution whose residual is larger than this share of what it is made of is none.
 RESIDUAL = 1e-6
@@ -36,7 +35,7 @@ def _library() -> tuple[Any, Any, ThreadpoolController]:
     return import_module("kvxopt"), import_module("kvxopt.cholmod"), ThreadpoolController()
 
 
-class Cholmod:
+class Cholmod(Factorization):
     """Solves A x = b for A symmetric, or Hermitian, and positive definite; ConvergenceError if it is not."""
 
     def __init__(self, matrix: sp.csr_array) -> None:
@@ -58,24 +57,9 @@ class Cholmod:
         if np.abs(matrix @ x - b).max() > RESIDUAL * (abs(matrix) @ np.abs(x)).max():
             raise ConvergenceError(NOT_DEFINITE)
 
-    def __call__(self, rhs: NDArray[Any], places: Ints | None = None, into: NDArray[Any] | None = None) -> NDArray[Any]:
-        """x for one right-hand side, (n,), or several, (n, k); ConvergenceError if it is not finite.
-
-        places: (n,), where they stand in longer vectors; the solution is then put there.
-        """
-        b = rhs if places is None else rhs[places]
-        if b.dtype.kind == "c" and self._dtype.kind != "c":
-            x = self._solved(b.real) + 1j * self._solved(b.imag)
-        else:
-            x = self._solved(b)
-        if not np.isfinite(x).all():
-            raise ConvergenceError(NO_SOLUTION)
-        if into is None:
-            return x
-        into[places] = x
-        return into
-
     def _solved(self, b: NDArray[Any]) -> NDArray[Any]:
+        if b.dtype.kind == "c" and self._dtype.kind != "c":
+            return np.asarray(self._solved(b.real) + 1j * self._solved(b.imag))
         kvxopt, cholmod, threads = _library()
         x = kvxopt.matrix(b.reshape(len(b), -1).astype(self._dtype))
         try:

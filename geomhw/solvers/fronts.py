@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from geomhw.errors import ConvergenceError
 from geomhw.mesh.arrays import Ints
 from geomhw.solvers.dissection import Dissection
-from geomhw.solvers.superlu import NO_SOLUTION, NOT_DEFINITE
+from geomhw.solvers.factorization import NO_SOLUTION, NOT_DEFINITE
 
 Matrix = NDArray[Any]
 
