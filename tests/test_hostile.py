@@ -48,7 +48,8 @@ SPINE = THREE | refused("oriented manifold", "intrinsic") | refused("has no norm
 ONE_SIDED = refused("this surface is one-sided", "fluid", "helmholtz")
 FLAT = refused("zero area", *NOT_ROBUST)
 POINT = FLAT | refused("in one point", "robust", "vecrobust")
-#: Heat at a time of h² does not settle in sweeps where weights are negative, or edges of very unequal length.
+#: Heat at a time of h² does not settle in sweeps where weights are negative, edges of very unequal length, or a component
+#: so small that it is warm all over.
 SWEEPS = refused("compute with --solver direct", "multigrid")
 STEP = refused("take a shorter step", "advect", "tracers")
 COPIES = {name: THREE for name in HOSTILE if name.startswith("doubled") or name == "tripled"}
@@ -67,7 +68,7 @@ REFUSALS: dict[str, dict[str, str]] = COPIES | {
     "far": STEP,  # a field of speed 10⁸
     "far_lost": POINT,
     "one_point": POINT,
-    "mixed_scales": STEP | refused("take a shorter step", "fluid"),
+    "mixed_scales": STEP | refused("take a shorter step", "fluid") | SWEEPS,
     "needle_15": FLAT,
     "needle_0": FLAT,
     "flat_vertex": FLAT,

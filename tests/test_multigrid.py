@@ -19,7 +19,7 @@ from geomhw.solvers.choice import LaplaceSolver
 from geomhw.solvers.direct import DirectSolver
 from geomhw.solvers.grounding import balanced, free_unknowns
 from geomhw.solvers.multigrid import MultigridSolver
-from geomhw.solvers.sweeps import solve_by_sweeps, solve_scaled_by_sweeps
+from geomhw.solvers.sweeps import MOST_RELAXED, over_relaxation, solve_by_sweeps, solve_scaled_by_sweeps
 from geomhw.solvers.wavefront import solve_scaled
 
 
@@ -61,9 +61,18 @@ def test_heat_by_sweeps(make, sources: list[int], time: str) -> None:  # type: i
     impulse = np.zeros(mesh.n_vertices)
     impulse[sources] = 1
     travel = edge_path_distance(mesh, np.array(sources)) / np.sqrt(flow.time.t)
-    found, expected = solve_by_sweeps(flow.matrix, impulse, travel), flow.from_impulse(impulse)
+    found, expected = solve_by_sweeps(flow.matrix, impulse, travel, flow.relaxation), flow.from_impulse(impulse)
     np.testing.assert_array_equal(found.sign, 1)
     np.testing.assert_allclose(found.log, expected.log, rtol=0, atol=1e-7)
+
+
+def test_relaxation_by_the_share_of_mass() -> None:
+    """2/(1 + sqrt(1 - μ²)) where the mass is 1 - μ of the diagonal; none where there is nothing else, and not too much."""
+    diagonal = np.full(8, 5.0)
+    assert over_relaxation(diagonal, diagonal) == pytest.approx(1.0, rel=1e-14)
+    assert over_relaxation(0.2 * diagonal, diagonal) == pytest.approx(1.25, rel=1e-14)
+    assert over_relaxation(1e-9 * diagonal, diagonal) == MOST_RELAXED
+    assert over_relaxation(np.array([0.2, 0.2, 0.4, 0.6, 0.7, 0.7, 0.8, 0.9]), np.ones(8)) < 1.25
 
 
 def test_what_does_not_converge_says_so() -> None:
@@ -72,8 +81,9 @@ def test_what_does_not_converge_says_so() -> None:
     flow = HeatFlow(mesh, "1000*h2")
     impulse = np.zeros(mesh.n_vertices)
     impulse[0] = 1
+    travel = edge_path_distance(mesh, np.array([0])) / np.sqrt(flow.time.t)
     with pytest.raises(ConvergenceError, match="--solver direct"):
-        solve_by_sweeps(flow.matrix, impulse, edge_path_distance(mesh, np.array([0])) / np.sqrt(flow.time.t))
+        solve_by_sweeps(flow.matrix, impulse, travel, flow.relaxation)
     indefinite = sp.csr_array(sp.diags_array(np.resize([1.0, -1.0], 50)))
     every = np.ones(50, dtype=bool)
     with pytest.raises(ConvergenceError, match="--solver direct"):
@@ -152,7 +162,7 @@ def test_scaled_sweeps_are_the_scaled_solution() -> None:
     impulse[0] = 1
     decay = -flow.from_impulse(impulse).log
     assert decay.max() > 800
-    found = solve_scaled_by_sweeps(flow.matrix, impulse, decay)
+    found = solve_scaled_by_sweeps(flow.matrix, impulse, decay, flow.relaxation)
     np.testing.assert_allclose(found, solve_scaled(flow.matrix, impulse, decay), rtol=1e-6)
 
 
@@ -167,7 +177,7 @@ def test_heat_that_decays_at_several_rates() -> None:
     alone = [HeatFlow(part, 1.0).from_impulse(np.eye(1, part.n_vertices)[0]).log for part in (fine, coarse)]
     assert alone[1][-1] - alone[0][-1] > 700
     flow = HeatFlow(mesh, 1.0)
-    found = solve_by_sweeps(flow.matrix, impulse, edge_path_distance(mesh, sources))
+    found = solve_by_sweeps(flow.matrix, impulse, edge_path_distance(mesh, sources), flow.relaxation)
     np.testing.assert_allclose(found.log, np.concatenate(alone), rtol=0, atol=1e-6)
     np.testing.assert_array_equal(flow.from_impulse(impulse).log, found.log)  # where one decay is guessed for all
 
@@ -178,5 +188,6 @@ def test_what_is_no_solution_is_refused(monkeypatch: pytest.MonkeyPatch) -> None
     flow = HeatFlow(mesh, "h2", solver="direct")
     impulse = np.bincount([0], minlength=mesh.n_vertices).astype(float)
     monkeypatch.setattr("geomhw.solvers.sweeps.TOLERANCE", 1e-2)
+    travel = edge_path_distance(mesh, np.array([0])) / np.sqrt(flow.time.t)
     with pytest.raises(ConvergenceError, match="--solver direct"):
-        solve_by_sweeps(flow.matrix, impulse, edge_path_distance(mesh, np.array([0])) / np.sqrt(flow.time.t))
+        solve_by_sweeps(flow.matrix, impulse, travel, flow.relaxation)

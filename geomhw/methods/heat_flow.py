@@ -17,7 +17,7 @@ from geomhw.operators.laplacian import lumped_mass, stiffness
 from geomhw.solvers.choice import SolverName, iterates
 from geomhw.solvers.costs import ONE, Work
 from geomhw.solvers.direct import DirectSolver
-from geomhw.solvers.sweeps import solve_by_sweeps, solve_scaled_by_sweeps
+from geomhw.solvers.sweeps import over_relaxation, solve_by_sweeps, solve_scaled_by_sweeps
 from geomhw.solvers.wavefront import REACH, LogValues, in_reach, solve_decaying, solve_scaled
 
 #: What to do about a face without area, for whoever asked for heat.
@@ -78,6 +78,12 @@ class HeatFlow:
         if open_end not in self._solvers:
             self._solvers[open_end] = DirectSolver(self.matrix, self.surface if open_end else self._inside, self.work)
         return self._solvers[open_end]
+
+    @cached_property
+    def relaxation(self) -> float:
+        """ω by which sweeps settle soonest, as `over_relaxation` finds it."""
+        there = self.surface
+        return over_relaxation(self.mesh.vertex_areas[there], self.matrix.diagonal()[there])
 
     @cached_property
     def _components_inside(self) -> Ints:
@@ -150,7 +156,7 @@ class HeatFlow:
         if self.iterates and len(where):
             try:
                 A = self.matrix if len(where) == len(there) else self.matrix[where][:, where]
-                return self._elsewhere_none(solve_by_sweeps(A, impulse[where], travel()), where)
+                return self._elsewhere_none(solve_by_sweeps(A, impulse[where], travel(), self.relaxation), where)
             except ConvergenceError:
                 if self.solver == "multigrid":
                     raise
@@ -165,14 +171,14 @@ class HeatFlow:
         except ConvergenceError:  # heat that decays here and there at different rates
             if self.solver != "auto":
                 raise
-            found = solve_by_sweeps(A, impulse[where], away)
+            found = solve_by_sweeps(A, impulse[where], away, self.relaxation)
         return self._elsewhere_none(found, where)
 
     def scaled(self, matrix: sp.csr_array, rhs: NDArray[Any], potential: Floats) -> NDArray[Any]:
         """v = exp(p) u for A u = b, as `wavefront.solve_scaled`, where b diffuses as heat does and p = -log of that."""
         if self.iterates:
             try:
-                return solve_scaled_by_sweeps(matrix, rhs, potential)
+                return solve_scaled_by_sweeps(matrix, rhs, potential, self.relaxation)
             except ConvergenceError:
                 if self.solver == "multigrid":
                     raise

@@ -19,7 +19,7 @@ from geomhw.solvers.fronts import BlockCholesky
 from geomhw.solvers.grounding import balanced, free_unknowns
 from geomhw.solvers.multigrid import MultigridSolver
 from geomhw.solvers.superlu import SuperLU
-from geomhw.solvers.sweeps import solve_by_sweeps
+from geomhw.solvers.sweeps import over_relaxation, solve_by_sweeps
 from geomhw.solvers.threads import single_threaded
 
 MESHES: dict[str, Callable[[], TriangleMesh]] = {
@@ -72,7 +72,8 @@ def measured(mesh: TriangleMesh) -> list[float]:
     multigrid = MultigridSolver(S, free)
     b = balanced(one, mesh.components)
     found += [best(lambda: MultigridSolver(S, free)), best(lambda: multigrid(b))]
-    found.append(best(lambda: solve_by_sweeps(A, impulse, travel)))
+    omega = over_relaxation(mesh.vertex_areas, A.diagonal())
+    found.append(best(lambda: solve_by_sweeps(A, impulse, travel, omega)))
     if installed():
         solver = Cholmod(A)
         found += [best(lambda: Cholmod(A)), best(lambda: solver(one)), best(lambda: solver(many)) / AT_ONCE]
