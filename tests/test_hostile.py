@@ -48,8 +48,8 @@ SPINE = THREE | refused("oriented manifold", "intrinsic") | refused("has no norm
 ONE_SIDED = refused("this surface is one-sided", "fluid", "helmholtz")
 FLAT = refused("zero area", *NOT_ROBUST)
 POINT = FLAT | refused("in one point", "robust", "vecrobust")
-#: Heat at a time of h² does not settle in sweeps where weights are negative, edges of very unequal length, or a component
-#: so small that it is warm all over.
+#: Heat at a time of h² does not settle in sweeps where weights are negative, edges of very unequal length, or a part so
+#: small that it is warm all over.
 SWEEPS = refused("compute with --solver direct", "multigrid")
 STEP = refused("take a shorter step", "advect", "tracers")
 COPIES = {name: THREE for name in HOSTILE if name.startswith("doubled") or name == "tripled"}

@@ -67,7 +67,7 @@ def test_heat_by_sweeps(make, sources: list[int], time: str) -> None:  # type: i
 
 
 def test_relaxation_by_the_share_of_mass() -> None:
-    """2/(1 + sqrt(1 - μ²)) where the mass is 1 - μ of the diagonal; none where there is nothing else, and not too much."""
+    """2/(1 + sqrt(1 - μ²)) where the mass is 1 - μ of the diagonal: none where there is nothing else."""
     diagonal = np.full(8, 5.0)
     assert over_relaxation(diagonal, diagonal) == pytest.approx(1.0, rel=1e-14)
     assert over_relaxation(0.2 * diagonal, diagonal) == pytest.approx(1.25, rel=1e-14)

@@ -106,7 +106,7 @@ def _walk(border: list[list[int]], onward: dict[int, list[int]], unused: list[bo
 
 def edge_lengths(vertices: Floats, edges: Ints) -> Floats:
     """Lengths, (e,)."""
-    start, end = np.take(vertices, edges.T, axis=0)
+    start, end = geometry.rows(vertices, edges.T)
     return geometry.lengths(end - start)
 
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from geomhw.errors import FieldError, MeshError
 from geomhw.mesh.arrays import Floats, Ints
 from geomhw.mesh.fans import edge_directions
-from geomhw.mesh.geometry import lengths, unit
+from geomhw.mesh.geometry import lengths, rows, unit
 from geomhw.mesh.intrinsic import IntrinsicMesh
 from geomhw.mesh.polyhedral import PolyhedralSurface
 from geomhw.mesh.triangle_mesh import TriangleMesh
@@ -34,7 +34,7 @@ def edge_rotations(mesh: TriangleMesh, edges: Ints | None = None) -> Floats:
 def _edge_normals(mesh: TriangleMesh, edges: Ints | None) -> tuple[Floats, Floats, Floats]:
     """Normals at both ends of each edge, and the edge itself, (e, 3) each; as in `edge_rotations`."""
     i, j = (mesh.edges if edges is None else edges).T
-    ni, nj = np.take(mesh.vertex_normals, i, axis=0), np.take(mesh.vertex_normals, j, axis=0)
+    ni, nj = rows(mesh.vertex_normals, i), rows(mesh.vertex_normals, j)
     if edges is None and not mesh.is_orientable:
         nj *= mesh.edge_signs[:, None]
     bare = np.asarray(~mesh.vertex_normals.any(axis=1))
@@ -42,7 +42,7 @@ def _edge_normals(mesh: TriangleMesh, edges: Ints | None) -> tuple[Floats, Float
         first = missing[0]
         bad = int(i[first] if bare[i[first]] else j[first])
         raise MeshError(f"vertex {bad} has no normal: the faces round it cancel; move it, or cut the mesh there")
-    return ni, nj, np.take(mesh.vertices, j, axis=0) - np.take(mesh.vertices, i, axis=0)
+    return ni, nj, rows(mesh.vertices, j) - rows(mesh.vertices, i)
 
 
 def _half_way(ni: Floats, nj: Floats, along: Floats) -> Floats:
@@ -66,10 +66,10 @@ def connection_stiffness(mesh: TriangleMesh) -> sp.csr_array:
     # R takes i to j: it stands, with a minus, at (j, i), and its transpose at (i, j).
     blocks = np.concatenate([-w[:, None, None] * R, -w[:, None, None] * R.transpose(0, 2, 1)])
     axis = np.arange(3)
-    rows = np.concatenate([j, i])[:, None, None] * 3 + axis[:, None]
-    columns = np.concatenate([i, j])[:, None, None] * 3 + axis[None, :]
-    rows, columns = (np.broadcast_to(x, blocks.shape).ravel() for x in (rows, columns))
-    off = sp.coo_array((blocks.ravel(), (rows, columns)), shape=(3 * mesh.n_vertices, 3 * mesh.n_vertices))
+    down = np.concatenate([j, i])[:, None, None] * 3 + axis[:, None]
+    across = np.concatenate([i, j])[:, None, None] * 3 + axis[None, :]
+    places = tuple(np.broadcast_to(x, blocks.shape).ravel() for x in (down, across))
+    off = sp.coo_array((blocks.ravel(), places), shape=(3 * mesh.n_vertices, 3 * mesh.n_vertices))
     return (off + sp.diags_array(np.repeat(_weight_sums(mesh), 3))).tocsr()
 
 
@@ -90,12 +90,12 @@ def edge_transport(
     if connection != "normals":
         raise FieldError(f"there is no connection '{connection}'; choose from {', '.join(get_args(Connection))}")
     i, j = (surface or mesh).edges.T
-    e1, e2 = np.ascontiguousarray(mesh.tangent_frames.transpose(1, 0, 2))
+    e1, e2 = mesh.tangent_frames.transpose(1, 0, 2)
     half = _half_way(*_edge_normals(mesh, surface.edges if surface else None))
     # Half turns about n_j, which sends e1 to -e1, and about the normal half-way make the smallest rotation from j to i.
-    brought = np.take(e1, j, axis=0)
+    brought = rows(e1, j)
     brought -= (2 * _dots(brought, half) / _dots(half, half))[:, None] * half
-    r = _dots(brought, np.take(e1, i, axis=0)) + 1j * _dots(brought, np.take(e2, i, axis=0))
+    r = _dots(brought, rows(e1, i)) + 1j * _dots(brought, rows(e2, i))
     return np.asarray(r / np.abs(r))
 
 
@@ -116,9 +116,9 @@ def complex_connection_stiffness(
     domain = surface or mesh
     i, j = domain.edges.T
     r = -domain.edge_cotan_weights * edge_transport(mesh, connection, surface)
-    rows, columns = np.concatenate([i, j]), np.concatenate([j, i])
+    places = np.concatenate([i, j]), np.concatenate([j, i])
     shape = (mesh.n_vertices, mesh.n_vertices)
-    off = sp.coo_array((np.concatenate([r, r.conj()]), (rows, columns)), shape=shape)
+    off = sp.coo_array((np.concatenate([r, r.conj()]), places), shape=shape)
     return (off + sp.diags_array(_weight_sums(domain))).tocsr()
 
 
