@@ -147,11 +147,14 @@ def duplicate_faces(edges: Edges) -> Ints:
     """Faces with the vertices of an earlier one, in whatever order, and the first such, (k, 2), ascending."""
     a, b, c = edges.of_faces.T
     low, high = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
+    if edges.face_counts.max(initial=0) <= 2:
+        # Copies share their lowest edge, which has these two faces only; mostly, there are none.
+        last = np.empty(len(edges.vertices), dtype=np.int64)
+        last[low] = np.arange(len(low))
+        if not (high == high[last[low]])[last[low] != np.arange(len(low))].any():
+            return np.empty((0, 2), dtype=np.int64)
     # Two edges make a triangle.
     keys = low * len(edges.vertices) + high
-    ordered = np.sort(keys)
-    if not (ordered[1:] == ordered[:-1]).any():
-        return np.empty((0, 2), dtype=np.int64)
     _, first, same = np.unique(keys, return_index=True, return_inverse=True)
     firsts = first[same.ravel()]
     copies = np.flatnonzero(firsts != np.arange(len(low)))
@@ -163,16 +166,19 @@ def pinched_vertices(faces: Ints, edges: Edges, n: int) -> Ints:
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 
-    count = faces.size
-    of_halfedge, flat = edges.of_faces.ravel(), faces.ravel()
-    corner = np.arange(count).reshape(-1, 3)
-    ends = [np.roll(corner, -step, axis=1).ravel() for step in (1, 2)]
-    # Corners are joined to the ends of their edges: the lower end, and the higher.
-    higher = [flat[end] == edges.vertices[of_halfedge, 1] for end in ends]
-    rows = np.concatenate(ends)
-    columns = count + np.concatenate([2 * of_halfedge + side for side in higher])
-    size = count + 2 * len(edges.vertices)
-    links = coo_array((np.ones(len(rows), dtype=np.int8), (rows, columns)), shape=(size, size))
-    labels = connected_components(links, directed=False)[1][:count]
-    owners = flat[np.unique(labels, return_index=True)[1]]
-    return np.flatnonzero(np.bincount(owners, minlength=n) > 1)
+    flat, of_halfedge = faces.ravel(), edges.of_faces.ravel()
+    corners = np.arange(flat.size, dtype=np.int32).reshape(-1, 3)
+    # Corners at the lower and at the higher end of each halfedge, and halfedges of one edge, two and two.
+    ends = [np.roll(corners, -step, axis=1).ravel() for step in (1, 2)]
+    upward = flat[ends[0]] < flat[ends[1]]
+    order = counting_order(of_halfedge)
+    meets = np.flatnonzero(np.diff(of_halfedge[order]) == 0)
+    rows, columns = (
+        np.concatenate([np.where(upward[side], end[side], other[side]) for end, other in (ends, ends[::-1])])
+        for side in (order[meets], order[meets + 1])
+    )
+    links = coo_array((np.ones(len(rows), dtype=np.int8), (rows, columns)), shape=(flat.size, flat.size))
+    labels = connected_components(links, directed=False)[1]
+    first = np.empty(labels.max(initial=-1) + 1, dtype=np.int64)
+    first[labels] = flat
+    return np.flatnonzero(np.bincount(first, minlength=n) > 1)

@@ -197,11 +197,12 @@ def _check(vertices: Floats, faces: Ints) -> None:
 
 def _check_size(vertices: Floats) -> None:
     """MeshError for a mesh whose squared areas, or places in single precision, would leave the range of numbers."""
-    largest = np.abs(vertices).max()
+    low, high = (np.array([end(column) for column in vertices.T]) for end in (np.min, np.max))
+    largest = max(-low.min(), high.max())
     if largest > LARGEST:
         bad = int(np.abs(vertices).max(axis=1).argmax())
         raise MeshError(f"vertex {bad} is at {largest:.3g}, beyond {LARGEST:g}: choose a larger unit of length")
-    extent = np.ptp(vertices, axis=0).max()
+    extent = (high - low).max()
     if 0 < extent < 1 / LARGEST:
         raise MeshError(
             f"the mesh is only {extent:.3g} across, less than {1 / LARGEST:g}: choose a smaller unit of length"

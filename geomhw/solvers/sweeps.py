@@ -83,8 +83,7 @@ class _Blocks:
     def __init__(self, matrix: sp.csr_array, rhs: NDArray[Any], travel: Floats, omega: float) -> None:
         self.order = np.argsort(travel, kind="stable")
         self.travel = travel[self.order]
-        self._matrix = sp.csr_array(matrix[self.order][:, self.order])
-        self._matrix.sort_indices()
+        self._matrix = _permuted(matrix, self.order)
         #: A relaxed sweep is one of Gauss and Seidel with the diagonal over ω, and the rest of it kept as it was.
         self._kept = (1.0 - 1.0 / omega) * self._matrix.diagonal()
         self._matrix.setdiag(self._matrix.diagonal() / omega)
@@ -163,6 +162,16 @@ class _Blocks:
         back = np.empty_like(values)
         back[self.order] = values
         return back
+
+
+def _permuted(matrix: sp.csr_array, order: Ints) -> sp.csr_array:
+    """A[order][:, order], sorted; half of the time of that."""
+    rows = matrix[order]
+    place = np.empty(len(order), dtype=rows.indices.dtype)
+    place[order] = np.arange(len(order))
+    permuted = sp.csr_array((rows.data, place[rows.indices], rows.indptr), shape=rows.shape)
+    permuted.sort_indices()
+    return permuted
 
 
 @dataclass(frozen=True)
