@@ -6,7 +6,6 @@ both as boundary conditions].
 """
 
 import numpy as np
-from scipy.spatial import KDTree
 
 from geomhw.mesh.arrays import Floats, Ints
 from geomhw.mesh.geometry import lengths
@@ -75,6 +74,8 @@ def chord_to_nearest(mesh: TriangleMesh, sources: Sources, vertices: Ints) -> Fl
     places = sources.positions(mesh)
     if len(places) == 1:
         return lengths(mesh.vertices[vertices] - places)
+    from scipy.spatial import KDTree
+
     return np.asarray(KDTree(places).query(mesh.vertices[vertices])[0])
 
 

@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geomhw.mesh.arrays import Floats, Ints
-from geomhw.mesh.geometry import unit
+from geomhw.mesh.geometry import corner_sum, lengths, rows, unit
+from geomhw.mesh.topology import inner_pairs
 from geomhw.mesh.triangle_mesh import TriangleMesh
 
 #: Faces that meet at a larger angle are shaded as an edge, degrees.
@@ -31,39 +32,50 @@ def shell(mesh: TriangleMesh, crease: float = CREASE) -> Shell:
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 
-    first, second = _smooth_links(mesh, np.cos(np.radians(crease)))
-    size = 3 * mesh.n_faces
-    links = coo_array((np.ones(len(first), dtype=np.int8), (first, second)), shape=(size, size))
-    count, point = connected_components(links, directed=False)
-    origin = np.empty(count, dtype=np.int64)
-    origin[point] = mesh.faces.ravel()
-    weighted = np.repeat(mesh.face_normals * mesh.face_areas[:, None], 3, axis=0)
-    normals = np.stack([np.bincount(point, weights=column, minlength=count) for column in weighted.T], axis=1)
-    return Shell(origin, point.reshape(-1, 3), unit(normals.astype(np.float64)))
+    cosine = np.cos(np.radians(crease))
+    one, other, alike = _smooth_pairs(mesh, cosine)
+    flat = mesh.faces.ravel()
+    folded = _folded(mesh, one, cosine)
+    plain = np.flatnonzero(np.bincount(flat[~folded[flat]], minlength=mesh.n_vertices))
+    places = np.empty(mesh.n_vertices, dtype=np.int64)
+    places[plain] = np.arange(len(plain))
+    point = places[flat]
+    # Elsewhere, corners (3f + k) at the same vertex, on either side of a smooth edge, are linked.
+    corners = np.flatnonzero(folded[flat])
+    number = np.empty(flat.size, dtype=np.int64)
+    number[corners] = np.arange(len(corners))
+    ends = [_next(one, 1), _next(one, 2)]
+    partners = [np.where(alike, _next(other, 3 - step), _next(other, step)) for step in (1, 2)]
+    links = [number[np.concatenate(side)[folded[flat[np.concatenate(ends)]]]] for side in (ends, partners)]
+    graph = coo_array((np.ones(len(links[0]), dtype=np.int8), tuple(links)), shape=2 * (len(corners),))
+    count, label = connected_components(graph, directed=False)
+    point[corners] = len(plain) + label
+    size = len(plain) + count
+    origin = np.empty(size, dtype=np.int64)
+    origin[point] = flat
+    sums = [corner_sum(column, point.reshape(-1, 3), size) for column in mesh.area_vectors.T]
+    return Shell(origin, point.reshape(-1, 3), unit(np.stack(sums).T))
 
 
-def _smooth_links(mesh: TriangleMesh, cosine: float) -> tuple[Ints, Ints]:
-    """Pairs of corners (3f + k) at the same vertex, on either side of an inner edge that is no crease."""
-    table = mesh.edge_table
-    order = _in_groups(table.of_faces.ravel())
-    starts = np.cumsum(table.face_counts) - table.face_counts
-    a, b = (order[starts[table.face_counts == 2] + k] for k in (0, 1))  # halfedges, named by the corner they face
-    normals = mesh.face_normals
-    smooth = np.einsum("ex,ex->e", normals[a // 3], normals[b // 3]) > cosine
-    a, b = a[smooth], b[smooth]
-    a_start, a_end, b_start, b_end = _next(a, 1), _next(a, 2), _next(b, 1), _next(b, 2)
-    corners: NDArray[np.int32] = mesh.faces.ravel()
-    opposed = corners[a_start] == corners[b_end]  # as in oriented meshes; else both run the same way
-    partners = np.where(opposed, b_end, b_start), np.where(opposed, b_start, b_end)
-    return np.concatenate([a_start, a_end]), np.concatenate(partners)
+def _smooth_pairs(mesh: TriangleMesh, cosine: float) -> tuple[Ints, Ints, NDArray[np.bool_]]:
+    """Both sides (3f + k) of each inner edge that is no crease, and whether these run along it in opposite directions,
+    as in oriented meshes."""
+    one, other, against = inner_pairs(mesh.edge_table)
+    normals = [rows(mesh.face_normals, side // 3) for side in (one, other)]
+    smooth = np.einsum("ex,ex->e", *normals) > cosine
+    return one[smooth], other[smooth], ~against[smooth]
 
 
-def _in_groups(labels: Ints) -> Ints:
-    """Where the 0s are, where the 1s are, ...: a stable sort, by counting."""
-    from scipy.sparse import coo_array
-
-    places = np.arange(len(labels))
-    return np.asarray(coo_array((places, (labels, places))).tocsr().indices)
+def _folded(mesh: TriangleMesh, smooth: Ints, cosine: float) -> NDArray[np.bool_]:
+    """Vertices, (n,), at the end of an edge that is not one of those sides, or where normals cancel: there, corners may
+    be several points."""
+    folds = np.ones(mesh.n_edges, dtype=bool)
+    folds[mesh.edge_table.of_faces.ravel()[smooth]] = False
+    folded = np.zeros(mesh.n_vertices, dtype=bool)
+    folded[mesh.edges[folds].ravel()] = True
+    sums = np.stack([corner_sum(column, mesh.faces, mesh.n_vertices) for column in mesh.area_vectors.T]).T
+    whole = corner_sum(2 * mesh.face_areas, mesh.faces, mesh.n_vertices)
+    return np.asarray(folded | (lengths(sums) < cosine * whole))
 
 
 def _next(corner: Ints, steps: int) -> Ints:

@@ -5,6 +5,8 @@ therefore hidden, unless the surface crosses itself so as to turn inside out, or
 those of the stage.
 """
 
+from functools import reduce
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -26,11 +28,11 @@ def in_sight(points: Floats, faces: NDArray[np.int32], nearest: Floats) -> bool:
     points: (n, 3). nearest: the z at each pixel, (h, w), from the bottom row up. What is drawn up to a pixel off, or no
     deeper than a pixel below, counts as before.
     """
-    from scipy.ndimage import maximum_filter
-
     height, width = nearest.shape
     middles = glyphs.middles(points, faces)
     places = np.floor(middles[:, :2] * height / 2 + [width / 2, height / 2]).astype(np.int64)
     column, row = np.clip(places, 0, [width - 1, height - 1]).T
-    near = maximum_filter(nearest, size=3)[row, column]
+    steps = [(i, j) for i in (-1, 0, 1) for j in (-1, 0, 1)]
+    round_it = (nearest[np.clip(row + i, 0, height - 1), np.clip(column + j, 0, width - 1)] for i, j in steps)
+    near = reduce(np.maximum, round_it)
     return bool(np.any(middles[:, 2] > near + 2 / height))

@@ -53,7 +53,8 @@ class Stage:
         room = np.array([width / height, 1.0]) * (1 - 2 * MARGIN)
         self.unit = float(np.max(self.view.extent / room))  # mesh length of one unit on stage
         self._points = self.view.project(mesh.vertices) / self.unit
-        self._shell = creases.shell(mesh)
+        self._shell = shell = creases.shell(mesh)
+        self._skin = self._points[shell.origin], shell.normals @ self.view.axes.T
         depth = 1.1 * float(np.abs(np.delete(self._points[:, 2], mesh.unreferenced_vertices)).max()) + 1.0
         many = mesh.n_faces > MANY_FACES
         self._hidden = hidden.turned_away(mesh, self.view.axes[2]) if many else np.zeros(mesh.n_faces, dtype=bool)
@@ -130,7 +131,7 @@ class Stage:
     def _add_shell(self, which: NDArray[np.bool_], paint: Paint) -> None:
         if not which.any():
             return
-        points, normals = self._points[self._shell.origin], self._shell.normals @ self.view.axes.T
+        points, normals = self._skin
         self._window.add_triangles(points, self._shell.faces[which], paint, normals)
 
     def _add_lines(self, segments: Floats, color: str, width: float = 1.0) -> None:

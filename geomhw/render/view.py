@@ -126,8 +126,9 @@ def _axes(toward: Floats, up: Floats) -> Floats:
 
 
 def _is_flat(points: Floats) -> bool:
-    spread = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
-    return bool(spread[2] < FLATNESS * spread[1])
+    centered = points - points.mean(axis=0)
+    thinnest, middle, _ = np.linalg.eigvalsh(np.einsum("px,py->xy", centered, centered))
+    return bool(thinnest < FLATNESS**2 * middle)
 
 
 def _flat_axes(points: Floats, mesh: TriangleMesh) -> Floats:
