@@ -7,8 +7,10 @@ whole coordinates several times as fast as over short rows.
 """
 
 from functools import reduce
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from geomhw.mesh.arrays import Floats, Ints
 
@@ -28,6 +30,11 @@ def rows(points: Floats, index: Ints) -> Floats:
     for column, out in zip(points.T, found, strict=True):
         np.take(np.ascontiguousarray(column), places, out=out, mode="clip")
     return np.moveaxis(found, 0, -1)
+
+
+def at_corners(values: NDArray[Any], faces: Ints) -> NDArray[Any]:
+    """Values of vertices, (n,), at the corners of faces, (m, 3)."""
+    return np.take(values, np.ascontiguousarray(faces.T)).T
 
 
 def between_corners(corners: Floats) -> Floats:

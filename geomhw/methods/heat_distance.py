@@ -14,7 +14,7 @@ from geomhw.errors import ConvergenceError
 from geomhw.mesh.arrays import Floats, Ints
 from geomhw.mesh.curvature import angle_defects
 from geomhw.mesh.distances import edge_path_distance
-from geomhw.mesh.geometry import lengths, unit
+from geomhw.mesh.geometry import at_corners, lengths, unit
 from geomhw.mesh.orientation import distinct
 from geomhw.mesh.polyhedral import PolyhedralSurface
 from geomhw.mesh.robust import RobustTriangulation
@@ -145,7 +145,7 @@ class HeatDistance:
                 Field("heat", "vertex", u),
                 Field("divergence", "vertex", spread),
                 Field("distance", "vertex", distance),
-                Field("heat_gradient", "face", gradient_of(mesh, u[mesh.faces], zero_without_area=True)),
+                Field("heat_gradient", "face", gradient_of(mesh, at_corners(u, mesh.faces), zero_without_area=True)),
                 Field("direction", "face", directions),
             ]
             return Result(mesh, fields, self._report(wanted, distance) | raised)
@@ -248,21 +248,22 @@ def _directions(surface: PolyhedralSurface, heat: LogValues, vertices: Ints) -> 
     flat = lengths(slopes) * np.sqrt(surface.face_areas) < LEVEL
     named = np.zeros(surface.n_vertices, dtype=bool)
     named[vertices] = True
-    slopes[flat | named[surface.faces].all(axis=1)] = 0.0
+    slopes[flat | at_corners(named, surface.faces).all(axis=1)] = 0.0
     return unit(-slopes)
 
 
 def _slopes(surface: PolyhedralSurface, heat: LogValues) -> Floats:
     """∇u per face, (m, 3), each up to a positive factor of its own: u is scaled face by face to order one."""
-    corners = heat.log[surface.faces]
+    corners = at_corners(heat.log, surface.faces)
     a, b, c = corners.T
     largest = np.maximum(np.maximum(a, b), c)
     warm = np.isfinite(largest)
     if not warm.all():
         corners[~warm], largest[~warm] = -np.inf, 0.0
-    relative = np.exp(corners - largest[:, None])
+    corners -= largest[:, None]
+    relative = np.exp(corners, out=corners)
     if (heat.sign != 1).any():
-        relative *= heat.sign[surface.faces]
+        relative *= at_corners(heat.sign, surface.faces)
     return gradient_of(surface, relative, zero_without_area=True)
 
 
