@@ -52,8 +52,12 @@ def area_vectors(edges: Floats) -> Floats:
 
 def cross(left: Floats, right: Floats) -> Floats:
     """Cross products of rows, (k, 3)."""
-    (a, b, c), (x, y, z) = left.T, right.T
-    return np.stack([b * z - c * y, c * x - a * z, a * y - b * x]).T
+    product = np.empty((3, len(left)))
+    for k, component in enumerate(product):
+        i, j = (k + 1) % 3, (k + 2) % 3
+        np.multiply(left[:, i], right[:, j], out=component)
+        component -= left[:, j] * right[:, i]
+    return product.T
 
 
 def lengths(vectors: Floats) -> Floats:
