@@ -36,6 +36,18 @@ def test_poisson(name: str) -> None:
     np.testing.assert_array_equal(MultigridSolver(stiffness(mesh), free)(b), x)
 
 
+@pytest.mark.parametrize("size", [0.0, 1e-3, 1.0, 1e6])
+def test_poisson_from_a_guess(size: float) -> None:
+    """However far from the solution a guess is, the answer is as close."""
+    mesh = icosphere(4)
+    S, free = stiffness(mesh), free_unknowns(mesh.components, mesh.unreferenced_vertices)
+    rng = np.random.default_rng(1)
+    b = balanced(rng.normal(size=mesh.n_vertices), mesh.components)
+    expected = DirectSolver(S, free)(b)
+    guess = np.where(free, expected + size * rng.normal(size=mesh.n_vertices), 0.0)
+    np.testing.assert_allclose(MultigridSolver(S, free)(b, guess), expected, rtol=0, atol=1e-8 * np.abs(expected).max())
+
+
 def test_poisson_with_held_vertices() -> None:
     """Vertices that are held at zero stay there."""
     mesh = grid(30, 20)

@@ -9,6 +9,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from geomhw.errors import ConvergenceError
 from geomhw.mesh.arrays import Floats, Ints
@@ -86,9 +87,12 @@ class HeatDistance:
         return self._flow.time
 
     @cached_property
+    def _free(self) -> NDArray[np.bool_]:
+        return free_unknowns(self.mesh.components, self.mesh.unreferenced_vertices)
+
+    @cached_property
     def _poisson_solver(self) -> LaplaceSolver:
-        free = free_unknowns(self.mesh.components, self.mesh.unreferenced_vertices)
-        return LaplaceSolver(self._flow.stiffness, free, self._flow.solver, self._flow.work)
+        return LaplaceSolver(self._flow.stiffness, self._free, self._flow.solver, self._flow.work)
 
     @cached_property
     def _rows(self) -> DistanceRows | None:
@@ -132,7 +136,7 @@ class HeatDistance:
             directions = _directions(self._domain, heat, wanted.vertices)
             spread = divergence_of(self._domain, directions)
         with stage("distance"):
-            distance = self._distance(spread, wanted, start, reached)
+            distance = self._distance(spread, wanted, start, reached, heat)
             distance, raised = self._bounded(distance, wanted, start, paths)
         if self._refine:
             with stage("unfolding"):
@@ -195,21 +199,28 @@ class HeatDistance:
             **({"robust": self.robust.report()} if self.robust else {}),
         }
 
-    def _distance(self, spread: Floats, sources: Sources, start: Floats, reached: Ints) -> Floats:
+    def _distance(self, spread: Floats, sources: Sources, start: Floats, reached: Ints, heat: LogValues) -> Floats:
         """φ with Sφ = -Div X, right at the sources."""
         mesh = self.mesh
         labels = mesh.components[sources.corners[:, 0]]
         if len(np.unique(labels)) == len(sources) == len(sources.vertices):
             # One vertex a component: any grounding will do, and the solution is shifted.
-            phi = self._poisson_solver(balanced(-spread, mesh.components))
-            zero = np.zeros(mesh.n_components + len(mesh.unreferenced_vertices))
-            zero[labels] = phi[sources.vertices]
-            phi -= zero[mesh.components]
+            # Heat falls about as exp(-φ/√t) [Varadhan 1967].
+            guess = np.where(np.isfinite(heat.log), -np.sqrt(self.time.t) * heat.log, 0.0)
+            self._shift(guess, np.flatnonzero(~self._free))
+            phi = self._poisson_solver(balanced(-spread, mesh.components), guess)
+            self._shift(phi, sources.vertices)
             phi[sources.vertices] = 0.0
         else:
             phi = held_distance(self._flow, spread, start, reached)
         phi[~reached] = np.inf
         return phi
+
+    def _shift(self, values: Floats, vertices: Ints) -> None:
+        """Shift values, (n,), in place, so as to be zero at these vertices, one a component."""
+        zero = np.zeros(self.mesh.n_components + len(self.mesh.unreferenced_vertices))
+        zero[self.mesh.components[vertices]] = values[vertices]
+        values -= zero[self.mesh.components]
 
     def _bounded(
         self, distance: Floats, sources: Sources, start: Floats, paths: Floats

@@ -56,11 +56,11 @@ class LaplaceSolver:
         """The factorization, made now if need be; None where the system is solved without one."""
         return None if self._iterate else self._direct
 
-    def __call__(self, rhs: Floats) -> Floats:
-        """x, (n,), zero where not free."""
+    def __call__(self, rhs: Floats, guess: Floats | None = None) -> Floats:
+        """x, (n,), zero where not free. guess: as `MultigridSolver` takes it."""
         if self._iterate:
             try:
-                return self._multigrid(rhs)
+                return self._multigrid(rhs, guess)
             except ConvergenceError:
                 if self._asked == "multigrid":
                     raise

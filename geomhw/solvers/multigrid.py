@@ -1,11 +1,10 @@
 """Laplace-like systems by conjugate gradients with a multigrid preconditioner: linear in size, nothing is factored.
 
-Smoothed aggregation [Vaněk, Mandel, Brezina 1996] by pyamg. Where one right-hand side or few are asked for, this takes
-a fraction of what a factorization does, from some thousand unknowns on.
+Smoothed aggregation [Vaněk, Mandel, Brezina 1996], with pyamg's kernels. Where one right-hand side or few are asked
+for, this takes a fraction of what a factorization does, from some thousand unknowns on.
 """
 
 import math
-from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -13,6 +12,7 @@ from numpy.typing import NDArray
 
 from geomhw.errors import ConvergenceError
 from geomhw.mesh.arrays import Floats, dot
+from geomhw.solvers.superlu import SuperLU
 from geomhw.solvers.threads import single_threaded
 
 #: The error, measured as sqrt(eᵀAe), ends at this share of the solution, as far as the preconditioner tells: for a
@@ -42,25 +42,28 @@ class MultigridSolver:
         self._matrix = matrix.copy() if free is None else matrix[self._free][:, self._free]
         self._matrix.sort_indices()  # one order of work, whatever the history of the matrix
         if self._free.size:
-            self._levels: Any = _smoothed_aggregation(sp.csr_matrix(self._matrix)).aspreconditioner(cycle="W")
+            self._cycle = _Cycle(sp.csr_matrix(self._matrix))
 
-    def __call__(self, rhs: Floats) -> Floats:
-        """x, (n,), zero where not free; ConvergenceError if the iteration stops short."""
+    def __call__(self, rhs: Floats, guess: Floats | None = None) -> Floats:
+        """x, (n,), zero where not free; ConvergenceError if the iteration stops short.
+
+        guess: (n,), about x, and zero where that is held, to go on from.
+        """
         x = np.zeros(self._size)
         b = rhs[self._free]
         if not b.any():
             return x
-        inner = np.zeros_like(b)
         with single_threaded():
-            residual, enough = b, 0.0
+            inner = np.zeros_like(b) if guess is None else guess[self._free]
+            image = self._matrix @ inner
+            residual, size = b - image, math.sqrt(max(dot(inner, image), 0.0))
             for _ in range(MAX_RESTARTS):
-                gained, energy = self._conjugate_gradients(residual, enough)
+                gained, carried, size, settled = self._conjugate_gradients(residual, size)
                 inner += gained
-                enough = max(enough, TOLERANCE**2 * energy)
                 # What the iteration carries along is not quite what is left.
                 residual = b - self._matrix @ inner
-                left = abs(dot(residual, self._levels @ residual))
-                if (enough > 0 and left <= 4 * enough) or self._is_rounding(residual, inner):
+                settled &= _norm(residual - carried) <= _norm(carried)
+                if settled or self._is_rounding(residual, inner):
                     x[self._free] = inner
                     return x
         raise ConvergenceError("multigrid does not converge on this mesh; compute with --solver direct")
@@ -68,13 +71,17 @@ class MultigridSolver:
     def _is_rounding(self, residual: Floats, x: Floats) -> bool:
         return _norm(residual) <= ROUNDING_UNITS * float(np.finfo(float).eps) * _norm(abs(self._matrix) @ np.abs(x))
 
-    def _conjugate_gradients(self, residual: Floats, enough: float) -> tuple[Floats, float]:
-        """x and xᵀAx, preconditioned, from zero [Saad 2003, alg. 9.1], until rᵀBr, which estimates eᵀAe, is small."""
-        x, direction, former, energy = np.zeros_like(residual), np.zeros_like(residual), 1.0, 0.0
+    def _conjugate_gradients(self, residual: Floats, known: float) -> tuple[Floats, Floats, float, bool]:
+        """x with A x = r, preconditioned, from zero [Saad 2003, alg. 9.1], until rᵀBr, which estimates eᵀAe, is small
+        beside the energy of a guess, known as sqrt(gᵀAg), and x together. What is left of r, the root of that energy,
+        no less than the least that it can be, and whether the error is small."""
+        x, direction, former, energy, settled = np.zeros_like(residual), np.zeros_like(residual), 1.0, 0.0, False
         for _ in range(MAX_ITERATIONS):
-            smoothed = self._levels @ residual
+            smoothed = self._cycle(residual)
             weight = dot(residual, smoothed)
-            if weight <= max(enough, TOLERANCE**2 * energy):
+            size = abs(known - math.sqrt(energy))
+            settled = 0 < weight <= (TOLERANCE * size) ** 2
+            if settled:
                 break
             direction = smoothed + (weight / former) * direction
             image = self._matrix @ direction
@@ -85,35 +92,54 @@ class MultigridSolver:
             x += step * direction
             residual = residual - step * image
             energy += step * weight
-        return x, energy
+        return x, residual, size, settled
 
 
-def _smoothed_aggregation(A: sp.csr_matrix) -> Any:
-    """Ever coarser systems: unknowns joined with all of their neighbors, and what is constant on them smoothed.
+class _Cycle:
+    """One W-cycle over ever coarser systems, symmetric: x, about A⁻¹b, from b.
 
-    No entry is taken as weak: cotan weights vary with the shapes of faces, not with a direction of decay. Constants
-    are not improved, and D is that of Gershgorin, which draws no random vectors.
+    Coarser unknowns are those of all neighbors joined, with what is constant on them smoothed. No entry is taken as
+    weak: cotan weights vary with the shapes of faces, not with a direction of decay. The smoothing step is that of
+    Gershgorin's bound, which draws no random vectors.
     """
-    from pyamg import MultilevelSolver
-    from pyamg.aggregation import standard_aggregation
-    from pyamg.relaxation.smoothing import change_smoothers
 
-    levels = [MultilevelSolver.Level()]
-    levels[0].A = A
-    while A.shape[0] > COARSEST:
-        joined = standard_aggregation(A)[0].astype(float)
-        if joined.shape[1] >= A.shape[0]:
-            break
-        weights = (OMEGA / np.maximum(np.asarray(abs(A).sum(axis=1)).ravel(), np.finfo(float).tiny))[:, None]
-        levels[-1].P = sp.csr_matrix(joined - (A @ joined).multiply(weights))
-        levels[-1].R = levels[-1].P.T.tocsr()
-        A = sp.csr_matrix(levels[-1].R @ A @ levels[-1].P)
-        A.sort_indices()
-        levels.append(MultilevelSolver.Level())
-        levels[-1].A = A
-    solver = MultilevelSolver(levels, coarse_solver="splu")
-    change_smoothers(solver, ("gauss_seidel", {"sweep": "forward"}), ("gauss_seidel", {"sweep": "backward"}))
-    return solver
+    def __init__(self, A: sp.csr_matrix) -> None:
+        from pyamg.aggregation import standard_aggregation
+
+        self._levels: list[tuple[sp.csr_matrix, sp.csr_matrix, sp.csr_matrix]] = []
+        while A.shape[0] > COARSEST:
+            joined = standard_aggregation(A)[0].astype(float)
+            if joined.shape[1] >= A.shape[0]:
+                break
+            weights = (OMEGA / np.maximum(np.asarray(abs(A).sum(axis=1)).ravel(), np.finfo(float).tiny))[:, None]
+            P = sp.csr_matrix(joined - (A @ joined).multiply(weights))
+            R = P.T.tocsr()
+            self._levels.append((A, P, R))
+            A = sp.csr_matrix(R @ A @ P)
+            A.sort_indices()
+        self._coarsest = SuperLU(A)
+
+    def __call__(self, b: Floats, level: int = 0) -> Floats:
+        """x, of the size of b."""
+        if level == len(self._levels):
+            return self._coarsest(b)
+        A, P, R = self._levels[level]
+        x = np.zeros_like(b)
+        _smooth(A, x, b, 0, len(b), 1)
+        rest = R @ (b - A @ x)
+        coarse = self(rest, level + 1)
+        if level + 1 < len(self._levels):
+            coarse += self(rest - self._levels[level + 1][0] @ coarse, level + 1)
+        x += P @ coarse
+        _smooth(A, x, b, len(b) - 1, -1, -1)
+        return x
+
+
+def _smooth(A: sp.csr_matrix, x: Floats, b: Floats, first: int, last: int, step: int) -> None:
+    """A sweep of Gauss and Seidel, in place."""
+    from pyamg.amg_core import gauss_seidel
+
+    gauss_seidel(A.indptr, A.indices, A.data, x, b, first, last, step)
 
 
 def _norm(vector: Floats) -> float:
