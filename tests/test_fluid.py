@@ -190,21 +190,22 @@ def test_harmonic_basis_spans_what_is_left() -> None:
 # -- the conservative and the fast scheme -------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("share", [0.8, 1.0])
 @pytest.mark.parametrize(
     ("scheme", "level", "bound"), [("conservative", 4, 0.025), ("conservative", 5, 0.01), ("fast", 5, 0.003)]
 )
-def test_rossby_haurwitz(scheme: str, level: int, bound: float, share: float) -> None:
+def test_rossby_haurwitz(scheme: str, level: int, bound: float) -> None:
     """Relative L2 error of the total vorticity at Courant number 1 after 0.8 and 1 revolutions of the pattern."""
     mesh = icosphere(level)
     stepper = scheme_of(mesh, scheme)  # type: ignore[arg-type]
     assert isinstance(stepper, VorticityScheme)
-    T = share * 2 * np.pi / WAVE_RATE
-    end = last(stepper, start_of(stepper, rossby_haurwitz(mesh)), Plan(cfl=1.0, until=T, every=1000))
-    assert end.time == T
-    exact, found = rossby_haurwitz(mesh, T), stepper.vorticity(end)
-    error = np.sqrt(mesh.vertex_areas @ (found - exact) ** 2 / (mesh.vertex_areas @ exact**2))
-    assert error < bound
+    state = start_of(stepper, rossby_haurwitz(mesh))
+    for share in (0.8, 1.0):
+        T = share * 2 * np.pi / WAVE_RATE
+        state = last(stepper, state, Plan(cfl=1.0, until=T, every=1000))
+        assert state.time == T
+        exact, found = rossby_haurwitz(mesh, T), stepper.vorticity(state)
+        error = np.sqrt(mesh.vertex_areas @ (found - exact) ** 2 / (mesh.vertex_areas @ exact**2))
+        assert error < bound
 
 
 def test_random_vorticity_keeps_what_it_should() -> None:

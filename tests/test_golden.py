@@ -18,10 +18,12 @@ ROOT = Path(__file__).parents[1]
 EXAMPLE = ROOT / "examples" / "golden"
 
 
-@pytest.fixture
-def golden(tmp_path: Path) -> Path:
-    """A copy of the example."""
-    return Path(shutil.copytree(EXAMPLE, tmp_path / "golden-example", ignore=shutil.ignore_patterns("new")))
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, "subprocess.CompletedProcess[str]"]:
+    """A copy of the example where make has run, and what make said."""
+    copy = tmp_path_factory.mktemp("made") / "golden-example"
+    shutil.copytree(EXAMPLE, copy, ignore=shutil.ignore_patterns("new"))
+    return copy, make(copy)
 
 
 def make(folder: Path, *goals: str) -> subprocess.CompletedProcess[str]:
@@ -35,25 +37,26 @@ def kept(folder: Path) -> dict[str, bytes]:
     return {path.name: path.read_bytes() for path in (folder / "golden").iterdir()}
 
 
-def test_golden(golden: Path) -> None:
+def test_golden(made: tuple[Path, "subprocess.CompletedProcess[str]"]) -> None:
     """Every array, column and value of every command is what it was; ``make golden`` after a change that is meant."""
-    answer = make(golden)
+    golden, answer = made
     assert answer.returncode == 0, answer.stdout + answer.stderr
     assert answer.stdout.count(": same: ") == len(kept(golden))
 
 
-def test_golden_tells_and_renews(golden: Path) -> None:
+def test_golden_tells_and_renews(made: tuple[Path, "subprocess.CompletedProcess[str]"], tmp_path: Path) -> None:
     """Of golden files that are changed or gone, what differs and where; renewed, these are right, the others as before.
 
-    The changed number is put in the third line of a table, and found there.
+    The changed number is put in the third line of a table, and found there, among the results that are there already.
     """
+    golden = Path(shutil.copytree(made[0], tmp_path / "golden-example"))
     before = kept(golden)
     table = golden / "golden" / "fluid.csv"
     columns = {name: np.array(values) for name, values in read_csv(table).items()}
     columns["energy"][2] *= 1.001
     write_csv(table, [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)])
     (golden / "golden" / "info.json").unlink()
-    answer = make(golden)
+    answer = make(golden, "--old-file=results")
     assert answer.returncode != 0
     assert re.search(r"^fluid.csv: different +column +energy .*\[2\]", answer.stdout, re.MULTILINE), answer.stdout
     assert "info.json: Error: golden/info.json: there is no such file" in answer.stdout
