@@ -1,6 +1,7 @@
 """The mesh zoo: every operator and identity is tested on all of it."""
 
 import os
+import signal
 from collections.abc import Callable
 from pathlib import Path
 
@@ -15,6 +16,10 @@ from geomhw.mesh.triangle_mesh import TriangleMesh
 settings.register_profile("ci", derandomize=True, database=None, deadline=None, max_examples=25)
 settings.register_profile("long", derandomize=False, database=None, deadline=None, max_examples=2000)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "ci"))
+
+# A shell starts what runs in its background with interrupts ignored, and that is inherited; tests send themselves some.
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 REFERENCE = os.environ.get("GEOMHW_REFERENCE") and Path(os.environ["GEOMHW_REFERENCE"]).resolve()
 needs_reference = pytest.mark.skipif(not REFERENCE, reason="GEOMHW_REFERENCE names no folder of reference meshes")
