@@ -15,8 +15,11 @@ demo: $(VENV)/.installed
 	$(BIN)/geomhw geodesic data/creature.obj -o $(DEMO)/creature.vtk --png $(DEMO)/creature.png
 	@echo "Open $(CURDIR)/$(DEMO)/creature.png, and $(CURDIR)/$(DEMO)/creature.vtk in ParaView."
 
+# As many processes as cores, so one thread each for algebra (OpenBLAS) and for pictures (Mesa's llvmpipe).
+# Those that are done first take over half of what others have left; until then neighbors stay together, and share fixtures.
+# A file alone is sooner done without: python -m pytest tests/test_mesh.py
 test: $(VENV)/.developing
-	$(BIN)/python -m pytest
+	OPENBLAS_NUM_THREADS=1 LP_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses auto --dist worksteal
 
 lint: $(VENV)/.developing
 	$(BIN)/ruff check .

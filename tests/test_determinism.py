@@ -48,7 +48,14 @@ PICTURES = [
     "advect torus.ply --dt 0.01 --steps 1 -o p.pvd --mp4 p.mp4 --png p.png --json",
     "compare g.png v.png --diff d.png --json",
 ]
-ONE = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "PYTHONHASHSEED": "1", "LC_ALL": "C.UTF-8", "TZ": "UTC"}
+ONE = {
+    "OPENBLAS_NUM_THREADS": "1",
+    "OMP_NUM_THREADS": "1",
+    "PYTHONHASHSEED": "1",
+    "LC_ALL": "C.UTF-8",
+    "TZ": "UTC",
+    "LP_NUM_THREADS": "4",  # threads of Mesa
+}
 OTHER = {
     "OPENBLAS_NUM_THREADS": "4",
     "OMP_NUM_THREADS": "4",
@@ -59,7 +66,7 @@ OTHER = {
     "PYTHONUTF8": "0",
     "TZ": "Asia/Kathmandu",
     "COLUMNS": "40",
-    "LP_NUM_THREADS": "1",  # threads of Mesa
+    "LP_NUM_THREADS": "1",
 }
 #: Several commands in one process, to import VTK once; what they print becomes ``stdout.txt``.
 PROGRAM = """
