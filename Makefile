@@ -17,8 +17,10 @@ demo: $(VENV)/.installed
 
 # As many processes as cores, so one thread each for algebra (OpenBLAS) and for pictures (Mesa's llvmpipe).
 # Those that are done first take over half of what others have left; until then neighbors stay together, and share fixtures.
-# A file alone is sooner done without: python -m pytest tests/test_mesh.py
+# The program is compiled beforehand: its tests start it hundreds of times, and each would compile it anew where
+# PYTHONDONTWRITEBYTECODE is set. A file alone is sooner done without all this: python -m pytest tests/test_mesh.py
 test: $(VENV)/.developing
+	$(BIN)/python -m compileall -q geomhw cli
 	OPENBLAS_NUM_THREADS=1 LP_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses auto --dist worksteal
 
 lint: $(VENV)/.developing
