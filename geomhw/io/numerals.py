@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from geomhw.io.regular import parse_regular
 from geomhw.mesh.arrays import Floats, Ints
 
 _SPACE, _POINT, _MINUS, _PLUS = 32, ord("."), ord("-"), ord("+")
@@ -31,9 +32,12 @@ _FEW = 1 / 8
 
 def parse_numbers(text: bytes, kind: type[Any]) -> NDArray[Any] | None:
     """Every number of a text that has some; None where one is none."""
-    parts = []
+    parts, regular = [], True
     for part in _blocks(text):
-        values = _decimals(part) if kind is np.float64 else None
+        values = parse_regular(part, kind) if regular else None
+        regular = values is not None  # what has failed once would again
+        if values is None and kind is np.float64:
+            values = _decimals(part)
         values = _by_numpy(part, kind) if values is None else values
         if values is None:
             return None

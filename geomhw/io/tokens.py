@@ -15,7 +15,7 @@ from geomhw.mesh.arrays import Ints
 
 _NUMBER = re.compile(rb"[+-]?(\d+\.?\d*([eE][+-]?\d+)?|\.\d+([eE][+-]?\d+)?|nan|inf(inity)?)", re.IGNORECASE)
 _TOKEN = re.compile(rb"[^\x00-\x20]+")
-_SPACE, _NEWLINE, _SLASH = 32, 10, 47
+_SPACE, _TAB, _NEWLINE, _SLASH = 32, 9, 10, 47
 #: Bytes looked through at a time, and the rest of a line; bytes parsed at a time.
 BLOCK, BATCH = 1 << 16, 1 << 17
 
@@ -126,7 +126,7 @@ class Lines:
         return values.astype(np.int32) if len(values) and -(2**31) <= values.min() <= values.max() < 2**31 else values
 
     def _section(self, rows: Ints, blanked: int) -> bytes:
-        """The bytes of these lines, one after the other, the first few of each line blanked."""
+        """The bytes of these lines, one after the other; for a first word, and its blank, come tabs."""
         low, high = int(rows[0]), int(rows[-1]) + 1
         heads = self._heads[low : high + 1]
         begin = int(heads[0])
@@ -135,8 +135,8 @@ class Lines:
             return bytes(self._clean[begin:end])
         section = np.frombuffer(self._clean, np.uint8, end - begin, begin).copy()
         starts = heads[: high - low] - begin
-        for i in range(blanked):
-            section[starts[rows - low] + i] = _SPACE
+        for i in range(blanked + 1 if blanked else 0):  # tabs, as JSON has blanks between its commas
+            section[np.minimum(starts[rows - low] + i, len(section) - 1)] = _TAB
         if high - low != len(rows):
             chosen = np.zeros(high - low, dtype=bool)
             chosen[rows - low] = True
@@ -237,9 +237,10 @@ def token_starts(clean: NDArray[np.uint8]) -> Ints:
 
 
 def _main_parts(section: NDArray[np.uint8]) -> NDArray[np.bool_] | None:
-    """Turn slashes to spaces, in place, and say which of the numbers then there follows no slash; None: all."""
+    """Turn slashes to blanks, in place, and say which of the numbers then there follows no slash; None: all."""
     slashes = section == _SLASH
     if not slashes.any():
         return None
-    section[slashes] = _SPACE
+    section ^= slashes * np.uint8(_SLASH ^ _SPACE)
+    section[1:] ^= (slashes[1:] & slashes[:-1]) * np.uint8(_SPACE ^ _TAB)  # of two slashes, the second: one blank
     return np.asarray(~slashes[token_starts(section) - 1])
