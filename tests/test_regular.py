@@ -24,6 +24,7 @@ ENDS = {"newline": "\n", "blank": " \n", "blanks": "     \n", "carriage return":
 @given(st.lists(WRITTEN | FLOATS | FIXED, min_size=1, max_size=40), st.sampled_from([" ", "\n", "\t ", " \t"]))
 @example(["-0", "1"], " ")
 @example(["0.5", "-0"], " ")
+@example(["-0", "1"], "\t ")
 @example(["-0.0", "0.25", "1e5", "1e+5", "1E-5"], "\n")
 @example(["4503599627370497.5", "4503599627370496.5", "9007199254740993.0", "9223372036854775807"], " ")
 def test_taken_numbers_are_the_nearest_doubles(tokens: list[str], gap: str) -> None:

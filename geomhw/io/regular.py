@@ -105,7 +105,7 @@ def _parsed(text: bytes, kind: type[Any]) -> NDArray[Any] | None:
 
 def _has_integer_minus_zero(commas: NDArray[np.uint8]) -> bool:
     """Whether there is a ``-0``, which means -0.0 but is the integer 0 to JSON."""
-    return bool(((commas[:-2] == _MINUS) & (commas[1:-1] == _ZERO) & (commas[2:] == _COMMA)).any())
+    return bool(((commas[:-2] == _MINUS) & (commas[1:-1] == _ZERO) & (commas[2:] <= _COMMA)).any())  # or a tab
 
 
 @cache
