@@ -20,15 +20,15 @@ Floats = NDArray[np.float64]
 Prepare = Callable[[Floats, NDArray[Any]], Callable[[int], Floats]]
 
 
-def geomhw(solver: str = "auto", refine: bool = False) -> Prepare:
-    """This project, as ``geomhw geodesic --solver``."""
+def geomhw(solver: str = "auto", refine: bool = False, heat_for: str = "auto") -> Prepare:
+    """This project, as ``geomhw geodesic --solver``; heat_for: its ``--time``."""
     import pyamg  # noqa: F401  as compiled peers, which are loaded before the clock starts
 
     from geomhw.mesh.triangle_mesh import TriangleMesh
     from geomhw.methods.heat_distance import HeatDistance
 
     def prepare(V: Floats, F: NDArray[Any]) -> Callable[[int], Floats]:
-        method: Any = HeatDistance(TriangleMesh(V, F), solver=solver, refine=refine)  # type: ignore[arg-type]
+        method: Any = HeatDistance(TriangleMesh(V, F), heat_for, solver=solver, refine=refine)  # type: ignore[arg-type]
         return lambda source: np.asarray(method.from_vertices([source])["distance"])
 
     return prepare
@@ -116,6 +116,7 @@ def transport(peer: bool) -> Prepare:
 
 SOLVERS: dict[str, Callable[[], Prepare]] = {
     "geomhw": geomhw,
+    "geomhw --time 2*h2": lambda: geomhw(heat_for="2*h2"),
     "geomhw --refine": lambda: geomhw(refine=True),
     "geomhw --solver direct": lambda: geomhw("direct"),
     "potpourri3d heat": lambda: potpourri3d(False),
