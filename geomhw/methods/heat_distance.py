@@ -205,7 +205,7 @@ class HeatDistance:
         labels = mesh.components[sources.corners[:, 0]]
         if len(np.unique(labels)) == len(sources) == len(sources.vertices):
             # One vertex a component: any grounding will do, and the solution is shifted.
-            # Heat falls about as exp(-φ/√t) [Varadhan 1967].
+            # Heat falls about as exp(-φ/√t): Varadhan, On the behavior of the fundamental solution, 1967.
             guess = np.where(np.isfinite(heat.log), -np.sqrt(self.time.t) * heat.log, 0.0)
             self._shift(guess, np.flatnonzero(~self._free))
             phi = self._poisson_solver(balanced(-spread, mesh.components), guess)

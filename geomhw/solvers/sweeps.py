@@ -38,7 +38,7 @@ NO_END = "heat does not settle in sweeps on this mesh; compute with --solver dir
 
 
 def over_relaxation(masses: Floats, diagonal: Floats) -> float:
-    """ω that settles M + tS soonest, 1 for none; masses, diagonal: of M and M + tS, (n,) [Young 1971, sec. 6.2].
+    """ω that settles M + tS soonest, 1 for none; masses, diagonal: of M and M + tS, (n,) [Young 1971, ch. 6].
 
     Each row of tS sums to zero, so the share of its own equation that is not a vertex's mass bounds the spectrum of the
     Jacobi iteration where weights are positive. Three vertices in four may have less than is taken here.
