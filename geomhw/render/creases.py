@@ -33,37 +33,37 @@ def shell(mesh: TriangleMesh, crease: float = CREASE) -> Shell:
     from scipy.sparse.csgraph import connected_components
 
     cosine = np.cos(np.radians(crease))
-    one, other, alike = _smooth_pairs(mesh, cosine)
-    flat = mesh.faces.ravel()
-    folded = _folded(mesh, one, cosine)
+    first, second, smooth = _smooth_links(mesh, cosine)
+    folded, flat = _folded(mesh, smooth, cosine), mesh.faces.ravel()
     plain = np.flatnonzero(np.bincount(flat[~folded[flat]], minlength=mesh.n_vertices))
-    places = np.empty(mesh.n_vertices, dtype=np.int64)
-    places[plain] = np.arange(len(plain))
-    point = places[flat]
-    # Elsewhere, corners (3f + k) at the same vertex, on either side of a smooth edge, are linked.
+    place = np.empty(mesh.n_vertices, dtype=np.int64)
+    place[plain] = np.arange(len(plain))
+    point = place[flat]
+    # Corners at the other vertices, and the links between these.
     corners = np.flatnonzero(folded[flat])
     number = np.empty(flat.size, dtype=np.int64)
     number[corners] = np.arange(len(corners))
-    ends = [_next(one, 1), _next(one, 2)]
-    partners = [np.where(alike, _next(other, 3 - step), _next(other, step)) for step in (1, 2)]
-    links = [number[np.concatenate(side)[folded[flat[np.concatenate(ends)]]]] for side in (ends, partners)]
-    graph = coo_array((np.ones(len(links[0]), dtype=np.int8), tuple(links)), shape=2 * (len(corners),))
+    links = np.flatnonzero(folded[flat[first]])
+    ends = number[first[links]], number[second[links]]
+    graph = coo_array((np.ones(len(links), dtype=np.int8), ends), shape=(len(corners), len(corners)))
     count, label = connected_components(graph, directed=False)
     point[corners] = len(plain) + label
-    size = len(plain) + count
-    origin = np.empty(size, dtype=np.int64)
+    origin = np.empty(len(plain) + count, dtype=np.int64)
     origin[point] = flat
-    sums = [corner_sum(column, point.reshape(-1, 3), size) for column in mesh.area_vectors.T]
+    sums = [corner_sum(column, point.reshape(-1, 3), len(origin)) for column in mesh.area_vectors.T]
     return Shell(origin, point.reshape(-1, 3), unit(np.stack(sums).T))
 
 
-def _smooth_pairs(mesh: TriangleMesh, cosine: float) -> tuple[Ints, Ints, NDArray[np.bool_]]:
-    """Both sides (3f + k) of each inner edge that is no crease, and whether these run along it in opposite directions,
-    as in oriented meshes."""
+def _smooth_links(mesh: TriangleMesh, cosine: float) -> tuple[Ints, Ints, Ints]:
+    """Pairs of corners (3f + k) at the same vertex, on either side of an inner edge that is no crease, and one side of
+    each of these edges."""
     one, other, against = inner_pairs(mesh.edge_table)
     normals = [rows(mesh.face_normals, side // 3) for side in (one, other)]
     smooth = np.einsum("ex,ex->e", *normals) > cosine
-    return one[smooth], other[smooth], ~against[smooth]
+    one, other, against = one[smooth], other[smooth], against[smooth]
+    # Both sides run along the edge in opposite directions, as in oriented meshes; else both run the same way.
+    partners = [np.where(against, _next(other, step), _next(other, 3 - step)) for step in (1, 2)]
+    return np.concatenate([_next(one, 1), _next(one, 2)]), np.concatenate(partners), one
 
 
 def _folded(mesh: TriangleMesh, smooth: Ints, cosine: float) -> NDArray[np.bool_]:
