@@ -54,7 +54,8 @@ def counting_order(keys: Ints) -> Ints:
 
     # Transposing a matrix with one entry a row is a counting sort of their columns.
     size = len(keys)
-    entries = (np.ones(size, dtype=np.int8), keys, np.arange(size + 1))
+    starts = np.arange(size + 1, dtype=np.int32 if size < 2**31 - 1 else np.int64)
+    entries = (np.ones(size, dtype=np.int8), keys, starts)
     return np.asarray(csr_array(entries, shape=(size, int(keys.max(initial=-1)) + 1)).tocsc().indices)
 
 
