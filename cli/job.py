@@ -1,8 +1,8 @@
 """One run of a command: plans its files, keeps time, writes data before pictures, prints the report."""
 
 import json
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -62,11 +62,9 @@ class Job:
             check_outputs([*outputs, png], extensions=[*WRITABLE, ".png"])
         return cls(command, mesh_path, outputs, png, as_json, quiet)
 
-    @contextmanager
-    def stage(self, name: str) -> Iterator[None]:
+    def stage(self, name: str) -> AbstractContextManager[None]:
         """Time what happens inside under that name."""
-        with self.stages(name):
-            yield
+        return self.stages(name)
 
     def read(self) -> "TriangleMesh":
         """The mesh of the command line; what the reader noticed goes to the report."""

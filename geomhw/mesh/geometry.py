@@ -81,6 +81,11 @@ def corner_sum(values: Floats, faces: Ints, size: int) -> Floats:
     return np.asarray(np.bincount(faces.ravel(), weights=weights.ravel(), minlength=size), dtype=float)
 
 
+def vector_sum(vectors: Floats, faces: Ints, size: int, signs: Ints | int = 1) -> Floats:
+    """Sums at the vertices, (size, 3), of vectors of their faces, (m, 3), times the signs at the corners, (m, 3)."""
+    return np.stack([corner_sum(signs * column[:, None], faces, size) for column in vectors.T]).T
+
+
 def degenerate_faces(vertices: Floats, faces: Ints, edges: Floats, doubled_areas: Floats) -> Ints:
     """Faces whose height is lost in the rounding of the coordinates: their normal is noise."""
     rounding = ROUNDING_UNITS * np.finfo(float).eps

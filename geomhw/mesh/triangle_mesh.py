@@ -83,9 +83,7 @@ class TriangleMesh(PolyhedralSurface):
         Faces count as if turned to agree with their neighbors, and once if they are there twice. On a one-sided surface
         they agree round each vertex, and those of two neighbors may be of two minds: see ``edge_signs``.
         """
-        signs = self.corner_signs
-        corners = [geometry.corner_sum(signs * x[:, None], self.faces, self.n_vertices) for x in self.area_vectors.T]
-        sums = np.stack(corners, axis=1)
+        sums = geometry.vector_sum(self.area_vectors, self.faces, self.n_vertices, self.corner_signs)
         total = geometry.corner_sum(2 * self.face_areas, self.faces, self.n_vertices)
         sums[np.linalg.norm(sums, axis=1) <= CANCELED * total] = 0.0
         return frozen(geometry.unit(sums))

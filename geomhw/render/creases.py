@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geomhw.mesh.arrays import Floats, Ints
-from geomhw.mesh.geometry import corner_sum, lengths, rows, unit
+from geomhw.mesh.geometry import corner_sum, lengths, rows, unit, vector_sum
 from geomhw.mesh.topology import inner_pairs
 from geomhw.mesh.triangle_mesh import TriangleMesh
 
@@ -50,8 +50,8 @@ def shell(mesh: TriangleMesh, crease: float = CREASE) -> Shell:
     point[corners] = len(plain) + label
     origin = np.empty(len(plain) + count, dtype=np.int64)
     origin[point] = flat
-    sums = [corner_sum(column, point.reshape(-1, 3), len(origin)) for column in mesh.area_vectors.T]
-    return Shell(origin, point.reshape(-1, 3), unit(np.stack(sums).T))
+    faces = point.reshape(-1, 3)
+    return Shell(origin, faces, unit(vector_sum(mesh.area_vectors, faces, len(origin))))
 
 
 def _smooth_links(mesh: TriangleMesh, cosine: float) -> tuple[Ints, Ints, Ints]:
@@ -73,7 +73,7 @@ def _folded(mesh: TriangleMesh, smooth: Ints, cosine: float) -> NDArray[np.bool_
     folds[mesh.edge_table.of_faces.ravel()[smooth]] = False
     folded = np.zeros(mesh.n_vertices, dtype=bool)
     folded[mesh.edges[folds].ravel()] = True
-    sums = np.stack([corner_sum(column, mesh.faces, mesh.n_vertices) for column in mesh.area_vectors.T]).T
+    sums = vector_sum(mesh.area_vectors, mesh.faces, mesh.n_vertices)
     whole = corner_sum(2 * mesh.face_areas, mesh.faces, mesh.n_vertices)
     return np.asarray(folded | (lengths(sums) < cosine * whole))
 
