@@ -113,6 +113,16 @@ def test_a_flow_that_fades(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @needs_opengl
+def test_the_view_does_not_turn_with_rounding() -> None:
+    """Faces that are equally fast but for the last digits are watched alike, whichever rounding makes the fastest."""
+    rounded = [SPIN * (1 + 4e-16 * np.random.default_rng(seed).integers(-2, 3, SPIN.shape)) for seed in range(5)]
+    first, *others = (film(moment(0.5, velocity))[0] for velocity in rounded)
+    for picture in others:
+        np.testing.assert_array_equal(picture, first)
+
+
+@needs_opengl
+@pytest.mark.usefixtures("_same_view")
 def test_one_fast_face(monkeypatch: pytest.MonkeyPatch) -> None:
     """Its arrow is longer than the others, but hides nothing, however fast it is."""
     monkeypatch.setattr(flow_pictures, "ARROW_COLOR", MAGENTA)

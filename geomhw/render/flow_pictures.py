@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from geomhw.mesh.arrays import Floats
+from geomhw.mesh.arrays import Floats, Ints
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.render.layers import LIGHT, Arrows, Panel, Streaks, Surface, Theme
 from geomhw.render.panels import PANEL_WIDTH, Drawing
@@ -43,7 +43,7 @@ def flow_film(
     with_vorticity = any(field.name == "vorticity" for field in results[0].fields)
     swirl = max((_swirl(result) for result in results), default=0.0) if with_vorticity else 0.0
     swirl = max(swirl, ROUNDING * speed / mesh.mean_edge_length) if swirl else 0.0
-    view = choose_view(mesh, mesh.faces[np.argsort(speeds.mean(axis=0))[-WATCHED:], 0].tolist())
+    view = choose_view(mesh, mesh.faces[_fastest(speeds.mean(axis=0)), 0].tolist())
     duration = STREAK * float(np.sqrt(mesh.face_areas.sum())) / (speed or 1.0)
     layers: list[dict[str, Any]] = [{"arrows": _arrows(result, speed or 1.0)} for result in results]
     if clouds:
@@ -69,6 +69,12 @@ def contact_sheet(pictures: Sequence[Image], columns: int | None = None) -> Imag
 
     height, width = sheet.shape[:2]
     return np.asarray(Pillow.fromarray(sheet).resize((width // 2, height // 2), Pillow.Resampling.BOX))
+
+
+def _fastest(speeds: Floats) -> Ints:
+    """The faces to be watched, (k,); of those equally fast, the first: a view must not turn with their rounding."""
+    shares = np.round(speeds / (speeds.max() or 1.0), 6)
+    return np.argsort(-shares, kind="stable")[:WATCHED]
 
 
 def _arrows(result: Result, speed: float) -> list[Arrows]:
