@@ -31,32 +31,44 @@ def halfedges(faces: Ints) -> Ints:
 
 def unique_edges(faces: Ints) -> Edges:
     """Edges of a triangle mesh by sorting its halfedges, in time proportional to their number."""
+    from scipy.sparse import csr_array
+
     a, b, c = faces.T
     starts, ends = np.stack([b, c, a], axis=1).ravel(), np.stack([c, a, b], axis=1).ravel()
-    low, high = np.minimum(starts, ends), np.maximum(starts, ends)
-    order = counting_order(high)
-    order = order[counting_order(low[order])]
-    i, j = low[order], high[order]
+    low, high, upward = np.minimum(starts, ends), np.maximum(starts, ends), starts < ends
+    order, j, begins = _by_key(low, high)
+    # As the rows of a matrix: the few halfedges of each lower vertex are sorted by the higher one.
+    table = csr_array((order, j, begins), shape=(len(begins) - 1, int(high.max()) + 1))
+    table.sort_indices()
+    order, j, i = table.data, table.indices, np.repeat(np.arange(len(begins) - 1, dtype=faces.dtype), np.diff(begins))
     new = np.ones(len(order), dtype=bool)
     new[1:] = (i[1:] != i[:-1]) | (j[1:] != j[:-1])
-    first = np.flatnonzero(new)
+    first = np.flatnonzero(new).astype(order.dtype)
+    counts = np.diff(first, append=first.dtype.type(len(order)))
+    sums = np.add.reduceat(upward[order].view(np.int8), first, dtype=first.dtype)
+    sums *= 2
+    sums -= counts
+    new[0] = False
     of_faces = np.empty(len(order), dtype=np.int64)
-    of_faces[order] = np.cumsum(new) - 1
-    counts = np.diff(first, append=len(order))
-    upward = np.add.reduceat((starts < ends)[order], first, dtype=np.int64)
+    of_faces[order] = np.cumsum(new, dtype=first.dtype)
     vertices = np.stack([i[first], j[first]], axis=1)
-    return Edges(frozen(vertices), frozen(of_faces.reshape(-1, 3)), frozen(counts), frozen(2 * upward - counts))
+    return Edges(frozen(vertices), frozen(of_faces.reshape(-1, 3)), frozen(counts), frozen(sums))
 
 
 def counting_order(keys: Ints) -> Ints:
     """Stable ``argsort`` of whole numbers from 0 that are not much larger than there are keys, in linear time."""
+    return _by_key(keys, np.ones(len(keys), dtype=np.int8))[0]
+
+
+def _by_key(keys: Ints, values: Ints) -> tuple[Ints, Ints, Ints]:
+    """A counting sort: the places of the keys in order, the values, one a key, in that order, and where keys begin."""
     from scipy.sparse import csr_array
 
-    # Transposing a matrix with one entry a row is a counting sort of their columns.
+    # Transposing a matrix with one entry a row sorts their columns.
     size = len(keys)
     starts = np.arange(size + 1, dtype=np.int32 if size < 2**31 - 1 else np.int64)
-    entries = (np.ones(size, dtype=np.int8), keys, starts)
-    return np.asarray(csr_array(entries, shape=(size, int(keys.max(initial=-1)) + 1)).tocsc().indices)
+    table = csr_array((values, keys, starts), shape=(size, int(keys.max(initial=-1)) + 1)).tocsc()
+    return table.indices, table.data, table.indptr
 
 
 def vertex_components(edges: Ints, size: int) -> Ints:
