@@ -1,15 +1,16 @@
 """The heat system by sweeps that follow the heat: linear in size, right at any extent.
 
-Scaled by a decay close to its own (`geomhw.solvers.wavefront`), the system (M + tS) u = b has a solution of order one,
-and what is to be known at a vertex comes from those nearer to the source. So unknowns are put in the order in which
-heat arrives and solved for in blocks of a few rings, by over-relaxed sweeps in that order [Young 1971], each block once
-more with the next one; how the solution decays in one block scales the next.
+What is to be known at a vertex comes from those nearer to the source. So unknowns are put in the order in which heat
+arrives and solved for in blocks of a few rings, by over-relaxed sweeps in that order [Young 1971], each block once more
+with the next one; how the solution decays in one block tells what to begin with in the next.
+
+Written as u = exp(-l) v, with l near the decay but in steps, the system for v (`geomhw.solvers.wavefront`) differs from
+that for u only where a step lies between two neighbors, and v stays in range.
 
 Young: Iterative Solution of Large Linear Systems, Academic Press 1971.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -33,6 +34,8 @@ BETWEEN = 4
 MOST_RELAXED = 1.6
 #: What is left of an equation in the end, as a share of its terms; more than that is no solution.
 RESIDUAL = 1e-6
+#: Natural logarithms in a step of the scale: a block spans less, mostly.
+STEP = 64.0
 ROWS_AT_ONCE = 1 << 17
 NO_END = "heat does not settle in sweeps on this mesh; compute with --solver direct"
 
@@ -54,14 +57,14 @@ def solve_by_sweeps(matrix: sp.csr_array, rhs: Floats, travel: Floats, omega: fl
     `over_relaxation` finds it. ConvergenceError where a block does not settle.
     """
     blocks = _Blocks(matrix, rhs, travel, omega)
-    potential, rate = blocks.travel.copy(), 1.0
+    rate = 1.0
     for back, low, high in blocks.bounds():
         if low:
-            rate = blocks.rate(potential, back, low) or rate
-            blocks.extend(potential, rate, low, high)
-        blocks.settle(potential, back, high)
-    blocks.check(potential)
-    return LogValues.of(blocks.in_given_order(blocks.v), blocks.in_given_order(potential))
+            rate = blocks.rate(back, low) or rate
+        blocks.guess(rate, low, high)
+        blocks.settle(back, low, high)
+    blocks.check()
+    return LogValues.of(blocks.in_given_order(blocks.v), STEP * blocks.in_given_order(blocks.steps))
 
 
 def solve_scaled_by_sweeps(matrix: sp.csr_array, rhs: NDArray[Any], potential: Floats, omega: float) -> NDArray[Any]:
@@ -70,15 +73,18 @@ def solve_scaled_by_sweeps(matrix: sp.csr_array, rhs: NDArray[Any], potential: F
     As `wavefront.solve_scaled`, for a Hermitian A, real or complex. ConvergenceError where a block does not settle.
     """
     blocks = _Blocks(matrix, rhs, potential - potential.min(initial=0.0), omega)
-    ordered = potential[blocks.order]
-    for back, _, high in blocks.bounds():
-        blocks.settle(ordered, back, high)
-    blocks.check(ordered)
-    return blocks.in_given_order(blocks.v)
+    blocks.expect(potential[blocks.order], 0, len(potential))
+    for back, low, high in blocks.bounds():
+        blocks.settle(back, low, high)
+    blocks.check()
+    return blocks.in_given_order(blocks.v / blocks.typical)
 
 
 class _Blocks:
-    """Unknowns of A u = b in the order in which heat arrives, in blocks of ``BLOCK`` lengths; v, (n,), is scaled."""
+    """Unknowns of A u = b in the order in which heat arrives, in blocks of ``BLOCK`` lengths.
+
+    v, (n,): exp(``STEP`` · steps) u, zero beyond the blocks that are done. typical, (n,): about how large it is.
+    """
 
     def __init__(self, matrix: sp.csr_array, rhs: NDArray[Any], travel: Floats, omega: float) -> None:
         self.order = np.argsort(travel, kind="stable")
@@ -89,10 +95,10 @@ class _Blocks:
         self._matrix.setdiag(self._matrix.diagonal() / omega)
         #: For each unknown, the first that heat comes to of itself and its neighbors.
         self._before = self._matrix.indices[self._matrix.indptr[:-1]]
-        self._rows = np.repeat(np.arange(len(travel)), np.diff(self._matrix.indptr))
-        kind = np.result_type(matrix.dtype, rhs.dtype, float)
+        n, kind = len(travel), np.result_type(matrix.dtype, rhs.dtype, float)
         self._rhs = rhs[self.order].astype(kind)
-        self._scaled_rhs, self.v = np.zeros((2, len(travel)), dtype=kind)
+        self.v, self._sides, self._moved = np.zeros((3, n), dtype=kind)
+        self.steps, self.typical = np.zeros(n, dtype=np.int64), np.zeros(n)
 
     def bounds(self) -> Iterator[tuple[int, int, int]]:
         """Where the block before starts, and this one, and where it ends."""
@@ -102,60 +108,94 @@ class _Blocks:
             yield back, low, high
             back, low = low, high
 
-    def rate(self, potential: Floats, low: int, high: int) -> float:
+    def rate(self, low: int, high: int) -> float:
         """By how much -log u grows with travel on the way to low to high, at least squares; 0 if that is unknown."""
         here = np.arange(low, high)
         before = self._before[low:high]
         ahead = self.travel[here] - self.travel[before]
-        growth = self._decay(potential, here) - self._decay(potential, before)
+        growth = self._decay(here) - self._decay(before)
         told = np.isfinite(growth)
         width = dot(ahead[told], ahead[told])
         return min(max(dot(growth[told], ahead[told]) / width, 0.1), 3.0) if width > 0 else 0.0
 
-    def extend(self, potential: Floats, rate: float, low: int, high: int) -> None:
-        """Guess potential and sign of unknowns low to high from those before, each from where its own heat comes."""
+    def guess(self, rate: float, low: int, high: int) -> None:
+        """Begin with a guess of v low to high from those before, each from where its own heat comes."""
+        if not low:
+            self.expect(self.travel[:high], low, high)
+            return
         origin = self._before[low:high]
         while not ((further := np.where(origin < low, origin, origin[np.maximum(origin - low, 0)])) == origin).all():
             origin = further
-        decay = self._decay(potential, origin)
+        decay = self._decay(origin)
         lost = (origin >= low) | ~np.isfinite(decay)
-        origin, decay = np.where(lost, low - 1, origin), np.where(lost, self._decay(potential, low - 1), decay)
-        potential[low:high] = decay + rate * (self.travel[low:high] - self.travel[origin])
-        self.v[low:high] = np.sign(self.v[origin])
+        origin, decay = np.where(lost, low - 1, origin), np.where(lost, self._decay(low - 1), decay)
+        self.expect(decay + rate * (self.travel[low:high] - self.travel[origin]), low, high)
+        self.v[low:high] = np.sign(self.v[origin]) * self.typical[low:high]
 
-    def _decay(self, potential: Floats, at: Ints | int) -> Floats:
+    def expect(self, decay: Floats, low: int, high: int) -> None:
+        """Choose the scale of v for unknowns low to high from about what -log u is there."""
+        steps = np.rint(decay / STEP)
+        self.steps[low:high] = steps
+        self.typical[low:high] = np.exp(STEP * steps - decay)
+
+    def _decay(self, at: Ints | int) -> Floats:
         """-log u."""
         with np.errstate(divide="ignore"):
-            return np.asarray(potential[at] - np.log(np.abs(self.v[at])))
+            return np.asarray(STEP * self.steps[at] - np.log(np.abs(self.v[at])))
 
-    def check(self, potential: Floats) -> None:
-        """ConvergenceError unless v solves its equations."""
-        A = self._matrix
-        for low in range(0, len(self.v), ROWS_AT_ONCE):
-            high = min(low + ROWS_AT_ONCE, len(self.v))
-            within = slice(A.indptr[low], A.indptr[high])
-            columns = A.indices[within]
-            terms = A.data[within] * np.exp(potential[self._rows[within]] - potential[columns]) * self.v[columns]
-            starts = A.indptr[low:high] - A.indptr[low]
-            left = np.add.reduceat(terms, starts) + self._kept[low:high] * self.v[low:high] - self._scaled_rhs[low:high]
-            if not (np.abs(left) <= RESIDUAL * np.add.reduceat(np.abs(terms), starts)).all():
-                raise ConvergenceError(NO_END)
-
-    def settle(self, potential: Floats, low: int, high: int) -> None:
-        """Solve for the unknowns low to high with those before held, in v, to that potential, (n,), in this order."""
-        A = self._matrix
+    def settle(self, back: int, low: int, high: int) -> None:
+        """Solve for the unknowns back to high with those before held; back to low once more."""
+        self._scale(back, low, low, high)
+        self._scale(low, high, 0, high)
+        self._sides[low:high] = self._rhs[low:high]
         hot = low + np.flatnonzero(self._rhs[low:high])
-        self._scaled_rhs[hot] = self._rhs[hot] * np.exp(potential[hot])
+        self._sides[hot] *= np.exp(STEP * self.steps[hot])
+        here, typical = self.v[back:high], self.typical[back:high]
+        for _ in range(0, MAX_SWEEPS, BETWEEN):
+            for _ in range(BETWEEN - 1):
+                self._sweep(back, high)
+            old = here.copy()
+            self._sweep(back, high)
+            old -= here
+            size, change = np.abs(here) / typical, np.abs(old) / typical
+            largest = size.max()
+            if (change <= TOLERANCE * (size + SMALL * largest)).all():
+                return
+            if not np.isfinite(largest):
+                break
+        raise ConvergenceError(NO_END)
+
+    def _scale(self, low: int, high: int, first: int, last: int) -> None:
+        """Bring entries of rows low to high, in columns first to last, from the equations for u to those for v."""
+        A = self._matrix
         within = slice(A.indptr[low], A.indptr[high])
         columns = A.indices[within]
-        shift = np.where(columns < high, potential[self._rows[within]] - potential[columns], -np.inf)
-        data = A.data[within] * np.exp(shift)
-        # All that the kernel sees begins at the first unknown that these rows speak of: no work on the rest.
-        first = min(low, int(columns.min()))
-        starts = A.indptr[first : high + 1] - A.indptr[low]
-        columns = np.where(columns < high, columns, first) - columns.dtype.type(first)
-        equations = _Equations(starts, columns, data, self._kept[first:high], self._scaled_rhs[first:high])
-        equations.settle(self.v[first:high], low - first)
+        steps = np.repeat(self.steps[low:high], np.diff(A.indptr[low : high + 1])) - self.steps[columns]
+        between = np.flatnonzero((steps != 0) & (columns >= first) & (columns < last))
+        A.data[within][between] *= np.exp(STEP * steps[between])
+
+    def _sweep(self, low: int, high: int) -> None:
+        from pyamg.amg_core import gauss_seidel
+
+        A, here = self._matrix, slice(low, high)
+        np.multiply(self._kept[here], self.v[here], out=self._moved[here])
+        np.subtract(self._sides[here], self._moved[here], out=self._moved[here])
+        gauss_seidel(A.indptr, A.indices, A.data, self.v, self._moved, low, high, 1)
+
+    def check(self) -> None:
+        """ConvergenceError unless v solves its equations, all of them whole."""
+        A, n = self._matrix, len(self.v)
+        for back, low, high in self.bounds():
+            if (A.indices[A.indptr[back + 1 : low + 1] - 1] >= high).any():
+                self._scale(back, low, high, n)
+        for low in range(0, n, ROWS_AT_ONCE):
+            high = min(low + ROWS_AT_ONCE, n)
+            within = slice(A.indptr[low], A.indptr[high])
+            terms = A.data[within] * self.v[A.indices[within]]
+            starts = A.indptr[low:high] - A.indptr[low]
+            left = np.add.reduceat(terms, starts) + self._kept[low:high] * self.v[low:high] - self._sides[low:high]
+            if not (np.abs(left) <= RESIDUAL * np.add.reduceat(np.abs(terms), starts)).all():
+                raise ConvergenceError(NO_END)
 
     def in_given_order(self, values: NDArray[Any]) -> NDArray[Any]:
         """Values, (n,), back in the order of A."""
@@ -172,34 +212,3 @@ def _permuted(matrix: sp.csr_array, order: Ints) -> sp.csr_array:
     permuted = sp.csr_array((rows.data, place[rows.indices], rows.indptr), shape=rows.shape)
     permuted.sort_indices()
     return permuted
-
-
-@dataclass(frozen=True)
-class _Equations:
-    """Those of a block, in rows of a matrix in place: sum of data over columns, and kept · x, is rhs."""
-
-    starts: Ints
-    columns: Ints
-    data: NDArray[Any]
-    kept: NDArray[Any]
-    rhs: NDArray[Any]
-
-    def settle(self, x: NDArray[Any], first: int) -> None:
-        """Sweep x from ``first`` on, in place, away from the sources until it stays as it is."""
-        inner = x[first:]
-        for _ in range(0, MAX_SWEEPS, BETWEEN):
-            for _ in range(BETWEEN - 1):
-                self._sweep(x, first)
-            old = inner.copy()
-            self._sweep(x, first)
-            size = np.abs(inner)
-            if (np.abs(inner - old) <= TOLERANCE * (size + SMALL * size.max())).all():
-                return
-            if not np.isfinite(size.max()):
-                break
-        raise ConvergenceError(NO_END)
-
-    def _sweep(self, x: NDArray[Any], first: int) -> None:
-        from pyamg.amg_core import gauss_seidel
-
-        gauss_seidel(self.starts, self.columns, self.data, x, self.rhs - self.kept * x, first, len(x), 1)
