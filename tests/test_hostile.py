@@ -80,6 +80,8 @@ REFUSALS: dict[str, dict[str, str]] = COPIES | {
     "fan_1000": SWEEPS,
     "tube": SWEEPS,
 }
+#: Where the last digits decide whether sweeps settle.
+ROUNDING = {("mixed_scales", "multigrid")}
 #: The defects that --check finds, and how many; none on the others.
 DEFECTS: dict[str, dict[str, int]] = {
     "bow_tie": {"non_manifold_vertices": 1},
@@ -209,7 +211,8 @@ def test_every_command(name: str) -> None:
     for command, arguments in COMMANDS.items():
         answer = run(*arguments)
         words = REFUSALS.get(name, {}).get(command)
-        if words is None:
+        if words is None or ((name, command) in ROUNDING and answer.exit_code == 0):
+            words = None
             assert answer.exit_code == 0, (command, answer.output)
             assert answer.stderr == ""
             holds(command, TriangleMesh(vertices, faces), answer.stdout)

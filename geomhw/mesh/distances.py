@@ -4,7 +4,7 @@ import numpy as np
 
 from geomhw.mesh.arrays import Floats, Ints
 from geomhw.mesh.polyhedral import PolyhedralSurface
-from geomhw.mesh.topology import counting_order
+from geomhw.mesh.topology import edge_graph
 
 
 def edge_path_distance(mesh: PolyhedralSurface, sources: Ints, start: Floats | None = None) -> Floats:
@@ -12,18 +12,13 @@ def edge_path_distance(mesh: PolyhedralSurface, sources: Ints, start: Floats | N
 
     start: (n,), how long paths are already at the sources; by default 0.
     """
-    from scipy.sparse import csr_array
     from scipy.sparse.csgraph import dijkstra
 
     n, first = mesh.n_vertices, np.asarray(sources)
-    (i, j), lengths = mesh.edges.T, mesh.edge_lengths
+    edges, lengths = mesh.edges, mesh.edge_lengths
     if start is not None and start[first].any():
         # One more vertex, from which all paths start.
-        i, j = np.append(i, np.full(len(first), n)), np.append(j, first)
+        edges = np.concatenate([edges, np.stack([np.full_like(first, n), first], axis=1)])
         lengths, first = np.append(lengths, start[first]), np.array([n])
-    # Several edges between two vertices stay several entries: the shortest counts.
-    order = counting_order(i)
-    starts = np.append(0, np.cumsum(np.bincount(i, minlength=n + 1)))
-    graph = csr_array((lengths[order], j[order], starts), shape=(n + 1, n + 1))
-    distances: Floats = dijkstra(graph, directed=False, indices=first, min_only=True)
+    distances: Floats = dijkstra(edge_graph(edges, lengths, n + 1), directed=False, indices=first, min_only=True)
     return distances[:n]

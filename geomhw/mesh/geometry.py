@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from geomhw.mesh.arrays import Floats, Ints
+from geomhw.mesh.arrays import Floats, Ints, summed
 
 #: Coordinates are trusted to this many units in their last place.
 ROUNDING_UNITS = 8
@@ -20,16 +20,26 @@ ROUNDING_UNITS = 8
 
 def opposite_edges(vertices: Floats, faces: Ints) -> Floats:
     """Edge vectors, (m, 3, 3): ``[f, k]`` runs along the edge opposite corner k, counterclockwise."""
-    return between_corners(rows(vertices, faces.T).transpose(1, 0, 2))
+    edges, corners = np.empty((3, 3, len(faces))), np.ascontiguousarray(faces.T, dtype=np.intp)
+    for x, column in enumerate(vertices.T):
+        _between(_taken(column, corners), edges[:, x])
+    return edges.transpose(2, 0, 1)
 
 
 def rows(points: Floats, index: Ints) -> Floats:
     """``points[index]``, (..., 3)."""
-    found = np.empty((points.shape[1], *index.shape))
     places = np.ascontiguousarray(index, dtype=np.intp)
+    found = np.empty((points.shape[1], *index.shape))
     for column, out in zip(points.T, found, strict=True):
-        np.take(np.ascontiguousarray(column), places, out=out, mode="clip")
+        _taken(column, places, out)
     return np.moveaxis(found, 0, -1)
+
+
+def _taken(column: Floats, places: NDArray[np.intp], out: Floats | None = None) -> Floats:
+    """``column[places]`` for places that are there, (...)."""
+    return np.take(
+        np.ascontiguousarray(column), places, out=np.empty(places.shape) if out is None else out, mode="clip"
+    )
 
 
 def at_corners(values: NDArray[Any], faces: Ints) -> NDArray[Any]:
@@ -40,9 +50,15 @@ def at_corners(values: NDArray[Any], faces: Ints) -> NDArray[Any]:
 def between_corners(corners: Floats) -> Floats:
     """Edge vectors, (m, 3, 3), from corners k+1 to k+2 of those places, (m, 3, 3)."""
     edges = np.empty((3, 3, len(corners)))
-    for k in range(3):
-        np.subtract(corners[:, k - 1].T, corners[:, k - 2].T, out=edges[k])
+    for x in range(3):
+        _between(corners[:, :, x].T, edges[:, x])
     return edges.transpose(2, 0, 1)
+
+
+def _between(corners: Floats, out: Floats) -> None:
+    """One coordinate, (3, m), from corners k+1 to k+2, from that of the corners, (3, m)."""
+    for k in range(3):
+        np.subtract(corners[k - 1], corners[k - 2], out=out[k])
 
 
 def area_vectors(edges: Floats) -> Floats:
@@ -60,6 +76,17 @@ def cross(left: Floats, right: Floats) -> Floats:
     return product.T
 
 
+def distances(points: Floats, pairs: Ints) -> Floats:
+    """Distances between points, (n, 3), by their pairs, (k, 2)."""
+    start, end = np.ascontiguousarray(pairs.T, dtype=np.intp)
+    total = np.zeros(len(pairs))
+    for column in points.T:
+        gap = _taken(column, end)
+        gap -= _taken(column, start)
+        total += np.square(gap, out=gap)
+    return np.asarray(np.sqrt(total, out=total))
+
+
 def lengths(vectors: Floats) -> Floats:
     """Lengths of rows, (k,)."""
     return np.asarray(np.sqrt(np.einsum("kx,kx->k", vectors, vectors)))
@@ -72,13 +99,16 @@ def face_centers(vertices: Floats, faces: Ints) -> Floats:
 
 def corner_dots(edges: Floats) -> Floats:
     """Dot product of the two edge vectors that leave each corner, (m, 3): 2 area x cotangent."""
-    return -np.stack([np.einsum("fx,fx->f", edges[:, k - 2], edges[:, k - 1]) for k in range(3)]).T
+    dots = np.empty((3, len(edges)))
+    for k, out in enumerate(dots):
+        np.negative(np.einsum("fx,fx->f", edges[:, k - 2], edges[:, k - 1], out=out), out=out)
+    return dots.T
 
 
 def corner_sum(values: Floats, faces: Ints, size: int) -> Floats:
     """Sum at each vertex of values given per corner, (m, 3) or, the same at all three corners, (m,)."""
     weights = np.broadcast_to(values.reshape(len(faces), -1), faces.shape)
-    return np.asarray(np.bincount(faces.ravel(), weights=weights.ravel(), minlength=size), dtype=float)
+    return summed(weights.ravel(), faces.ravel(), size)
 
 
 def vector_sum(vectors: Floats, faces: Ints, size: int, signs: Ints | int = 1) -> Floats:

@@ -9,12 +9,11 @@ distances along edges are computed after all.
 """
 
 import numpy as np
-import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from geomhw.mesh.arrays import Floats, Ints
 from geomhw.mesh.polyhedral import PolyhedralSurface
-from geomhw.mesh.topology import counting_order
+from geomhw.mesh.topology import edge_graph
 
 #: Differences below this share of the largest value are rounding.
 ROUNDING = 1e-13
@@ -30,13 +29,9 @@ class PathBound:
     """The least of functions on one surface and the distance along edges from a vertex to each."""
 
     def __init__(self, surface: PolyhedralSurface) -> None:
-        n = surface.n_vertices
         self._ends, self._lengths = surface.edges, surface.edge_lengths[:, None]
-        tails, heads = np.concatenate([surface.edges, surface.edges[:, ::-1]]).T.astype(np.int64)
-        order = counting_order(tails)
-        starts = np.append(0, np.cumsum(np.bincount(tails, minlength=n)))
-        # Several edges between two vertices stay several entries.
-        self._graph = sp.csr_array((np.tile(surface.edge_lengths, 2)[order], heads[order], starts), shape=(n, n))
+        both_ways = np.concatenate([surface.edges, surface.edges[:, ::-1]]).astype(np.int64)
+        self._graph = edge_graph(both_ways, np.tile(surface.edge_lengths, 2), surface.n_vertices)
         self._paths, self._last = np.empty(0), np.empty(0, dtype=np.int64)
 
     def __call__(self, phi: Floats, sources: Ints) -> None:

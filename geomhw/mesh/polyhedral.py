@@ -94,8 +94,9 @@ class PolyhedralSurface(ABC):
     @cached_property
     def unreferenced_vertices(self) -> Ints:
         """Vertices that belong to no face, ascending."""
-        uses = np.bincount(self.faces.ravel(), minlength=self.n_vertices)
-        return frozen(np.flatnonzero(uses == 0))
+        free = np.ones(self.n_vertices, dtype=bool)
+        free[self.faces] = False
+        return frozen(np.flatnonzero(free))
 
     # -- edges and topology --------------------------------------------------------------------------------------------
 
@@ -112,7 +113,8 @@ class PolyhedralSurface(ABC):
     @cached_property
     def edge_cotan_weights(self) -> Floats:
         """Cotan weight ½(cot α + cot β) of each edge, (e,), over sheets; negative where the edge is not Delaunay."""
-        halves = self.cotangents / (2 * self.sheets)
+        halves = self.cotangents
+        halves /= 2 * self.sheets
         return frozen(geometry.corner_sum(halves, self.edge_table.of_faces, self.n_edges))
 
     @cached_property

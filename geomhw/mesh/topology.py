@@ -1,11 +1,12 @@
 """How triangles hang together: edges, boundary loops, components, Euler characteristic."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from geomhw.mesh import geometry
-from geomhw.mesh.arrays import Floats, Ints, frozen
+from geomhw.mesh.arrays import Ints, frozen
 
 
 @dataclass(frozen=True)
@@ -49,7 +50,7 @@ def unique_edges(faces: Ints) -> Edges:
     sums *= 2
     sums -= counts
     new[0] = False
-    of_faces = np.empty(len(order), dtype=np.int64)
+    of_faces = np.empty_like(order)
     of_faces[order] = np.cumsum(new, dtype=first.dtype)
     vertices = np.stack([i[first], j[first]], axis=1)
     return Edges(frozen(vertices), frozen(of_faces.reshape(-1, 3)), frozen(counts), frozen(sums))
@@ -71,12 +72,24 @@ def _by_key(keys: Ints, values: Ints) -> tuple[Ints, Ints, Ints]:
     return table.indices, table.data, table.indptr
 
 
+def edge_graph(edges: Ints, values: NDArray[Any], size: int) -> Any:
+    """Sparse matrix, (size, size), with the values, (e,), of edges (i, j) in rows i; several edges between two vertices
+    stay several entries."""
+    from scipy.sparse import csr_array
+
+    i, j = edges.T
+    starts = np.append(0, np.cumsum(np.bincount(i, minlength=size)))
+    if (i[1:] < i[:-1]).any():
+        order = counting_order(i)
+        j, values = j[order], values[order]
+    return csr_array((values, j, starts), shape=(size, size))
+
+
 def vertex_components(edges: Ints, size: int) -> Ints:
     """Label of the edge-connected component of each vertex, (n,); an isolated vertex is one of its own."""
-    from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 
-    links = coo_array((np.ones(len(edges), dtype=np.int8), (edges[:, 0], edges[:, 1])), shape=(size, size))
+    links = edge_graph(edges, np.ones(len(edges)), size)
     labels: Ints = connected_components(links, directed=False)[1]
     return labels
 
@@ -115,12 +128,6 @@ def _walk(border: list[list[int]], onward: dict[int, list[int]], unused: list[bo
         ahead, behind = border[step]
         here = behind if ahead == here else ahead
     return loop
-
-
-def edge_lengths(vertices: Floats, edges: Ints) -> Floats:
-    """Lengths, (e,)."""
-    start, end = geometry.rows(vertices, edges.T)
-    return geometry.lengths(end - start)
 
 
 def inner_pairs(edges: Edges) -> tuple[Ints, Ints, Ints]:
@@ -162,12 +169,13 @@ def duplicate_faces(edges: Edges) -> Ints:
     low, high = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
     if edges.face_counts.max(initial=0) <= 2:
         # Copies share their lowest edge, which has these two faces only; mostly, there are none.
-        last = np.empty(len(edges.vertices), dtype=np.int64)
-        last[low] = np.arange(len(low))
-        if not (high == high[last[low]])[last[low] != np.arange(len(low))].any():
+        last, every = np.empty(len(edges.vertices), dtype=low.dtype), np.arange(len(low), dtype=low.dtype)
+        last[low] = every
+        latest = last[low]
+        if not ((high == high[latest]) & (latest != every)).any():
             return np.empty((0, 2), dtype=np.int64)
     # Two edges make a triangle.
-    keys = low * len(edges.vertices) + high
+    keys = low * np.int64(len(edges.vertices)) + high
     _, first, same = np.unique(keys, return_index=True, return_inverse=True)
     firsts = first[same.ravel()]
     copies = np.flatnonzero(firsts != np.arange(len(low)))

@@ -107,7 +107,7 @@ class TriangleMesh(PolyhedralSurface):
     def edge_lengths(self) -> Floats:
         """Lengths of ``edges``, (e,)."""
         _check_size(self.vertices)
-        return frozen(topology.edge_lengths(self.vertices, self.edges))
+        return frozen(geometry.distances(self.vertices, self.edges))
 
     @cached_property
     def edge_signs(self) -> Ints:

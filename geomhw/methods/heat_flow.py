@@ -13,7 +13,7 @@ from geomhw.mesh.distances import edge_path_distance
 from geomhw.mesh.polyhedral import PolyhedralSurface
 from geomhw.mesh.topology import vertex_components
 from geomhw.methods.time_step import time_step
-from geomhw.operators.laplacian import lumped_mass, stiffness
+from geomhw.operators.laplacian import stiffness
 from geomhw.solvers.choice import SolverName, iterates
 from geomhw.solvers.costs import ONE, Work
 from geomhw.solvers.direct import DirectSolver
@@ -67,7 +67,10 @@ class HeatFlow:
     @cached_property
     def matrix(self) -> Any:
         """M + tS, (n, n), units length², symmetric positive definite on vertices that have faces."""
-        return (lumped_mass(self.mesh) + self.time.t * self.stiffness).tocsr()
+        S = self.stiffness
+        A = sp.csr_array((self.time.t * S.data, S.indices, S.indptr), shape=S.shape)
+        A.setdiag(A.diagonal() + self.mesh.vertex_areas)
+        return A
 
     @cached_property
     def _solvers(self) -> dict[bool, DirectSolver]:

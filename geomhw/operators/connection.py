@@ -13,6 +13,7 @@ from geomhw.mesh.geometry import lengths, rows, unit
 from geomhw.mesh.intrinsic import IntrinsicMesh
 from geomhw.mesh.polyhedral import PolyhedralSurface
 from geomhw.mesh.triangle_mesh import TriangleMesh
+from geomhw.operators.edge_matrix import edge_matrix, weight_sums
 
 Connection = Literal["normals", "intrinsic"]
 Complexes = NDArray[np.complex128]
@@ -114,12 +115,8 @@ def complex_connection_stiffness(
             "take the 3n x 3n connection, or the two-sided cover"
         )
     domain = surface or mesh
-    i, j = domain.edges.T
     r = -domain.edge_cotan_weights * edge_transport(mesh, connection, surface)
-    places = np.concatenate([i, j]), np.concatenate([j, i])
-    shape = (mesh.n_vertices, mesh.n_vertices)
-    off = sp.coo_array((np.concatenate([r, r.conj()]), places), shape=shape)
-    return (off + sp.diags_array(_weight_sums(domain))).tocsr()
+    return edge_matrix(domain.edges, r, _weight_sums(domain))
 
 
 def to_complex(mesh: TriangleMesh, vectors: Floats) -> Complexes:
@@ -135,8 +132,7 @@ def from_complex(mesh: TriangleMesh, z: Complexes) -> Floats:
 
 
 def _weight_sums(mesh: PolyhedralSurface) -> Floats:
-    ends = mesh.edges.ravel()
-    return np.asarray(np.bincount(ends, np.repeat(mesh.edge_cotan_weights, 2), mesh.n_vertices), dtype=float)
+    return weight_sums(mesh.edges, mesh.edge_cotan_weights, mesh.n_vertices)
 
 
 def _dots(left: Floats, right: Floats) -> Floats:

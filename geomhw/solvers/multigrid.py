@@ -17,7 +17,7 @@ from geomhw.solvers.threads import single_threaded
 
 #: The error, measured as sqrt(eᵀAe), ends at this share of the solution, as far as the preconditioner tells: for a
 #: function on a surface that is its largest value, up to a factor of the size of log n.
-TOLERANCE = 3e-9
+TOLERANCE = 1e-8
 #: Or where rounding of A x keeps the residual up: at so many units in the last place of |A| |x|.
 ROUNDING_UNITS = 16.0
 MAX_ITERATIONS = 300
@@ -56,7 +56,10 @@ class MultigridSolver:
         with single_threaded():
             inner = np.zeros_like(b) if guess is None else guess[self._free]
             image = self._matrix @ inner
-            residual, size = b - image, math.sqrt(max(dot(inner, image), 0.0))
+            if (energy := dot(inner, image)) > 0:
+                share = dot(b, inner) / energy  # nearest to x of all multiples
+                inner, image, energy = share * inner, share * image, share**2 * energy
+            residual, size = b - image, math.sqrt(max(energy, 0.0))
             for _ in range(MAX_RESTARTS):
                 gained, carried, size, settled = self._conjugate_gradients(residual, size)
                 inner += gained

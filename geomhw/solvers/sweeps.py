@@ -21,14 +21,17 @@ from geomhw.errors import ConvergenceError
 from geomhw.mesh.arrays import Floats, Ints, dot
 from geomhw.solvers.wavefront import LogValues
 
-#: Width of a block, in lengths √t: what lies beyond changes a solution by exp(-2 · 20) there.
-BLOCK = 20.0
+#: Width of a block, in lengths √t,
+BLOCK = 30.0
+#: and of that part of it that is solved for once more with the next one: what lies beyond, at first held at zero,
+#: changes a solution by exp(-2 · 15) before that.
+OVERLAP = 15.0
 #: A block is done when a sweep changes no value by more than this share of itself,
 TOLERANCE = 1e-10
 #: or, where it happens to be small, of this share of the largest in the block.
 SMALL = 1e-6
 MAX_SWEEPS = 400
-#: Sweeps between two looks at how much one changes.
+#: Sweeps between two looks at how much one changes, from shortly before as many as in the last block on.
 BETWEEN = 4
 #: Relaxation beyond this lets errors grow on the way before they decay.
 MOST_RELAXED = 1.6
@@ -36,7 +39,7 @@ MOST_RELAXED = 1.6
 RESIDUAL = 1e-6
 #: Natural logarithms in a step of the scale: a block spans less, mostly.
 STEP = 64.0
-ROWS_AT_ONCE = 1 << 17
+ROWS_AT_ONCE = 1 << 14
 NO_END = "heat does not settle in sweeps on this mesh; compute with --solver direct"
 
 
@@ -98,6 +101,7 @@ class _Blocks:
         n, kind = len(travel), np.result_type(matrix.dtype, rhs.dtype, float)
         self._rhs = rhs[self.order].astype(kind)
         self.v, self._sides, self._moved = np.zeros((3, n), dtype=kind)
+        self._needed = 0  # sweeps, in the last block
         self.steps, self.typical = np.zeros(n, dtype=np.int64), np.zeros(n)
 
     def bounds(self) -> Iterator[tuple[int, int, int]]:
@@ -144,22 +148,26 @@ class _Blocks:
             return np.asarray(STEP * self.steps[at] - np.log(np.abs(self.v[at])))
 
     def settle(self, back: int, low: int, high: int) -> None:
-        """Solve for the unknowns back to high with those before held; back to low once more."""
+        """Solve for the unknowns low to high, and for the last of those from back on once more, with others held."""
         self._scale(back, low, low, high)
         self._scale(low, high, 0, high)
+        back = max(back, int(np.searchsorted(self.travel, self.travel[low] - OVERLAP)))
         self._sides[low:high] = self._rhs[low:high]
         hot = low + np.flatnonzero(self._rhs[low:high])
         self._sides[hot] *= np.exp(STEP * self.steps[hot])
         here, typical = self.v[back:high], self.typical[back:high]
-        for _ in range(0, MAX_SWEEPS, BETWEEN):
-            for _ in range(BETWEEN - 1):
+        done, until = 0, max(self._needed - BETWEEN, BETWEEN)
+        while done < MAX_SWEEPS:
+            for _ in range(done + 1, until):
                 self._sweep(back, high)
             old = here.copy()
             self._sweep(back, high)
+            done, until = until, until + BETWEEN
             old -= here
             size, change = np.abs(here) / typical, np.abs(old) / typical
             largest = size.max()
             if (change <= TOLERANCE * (size + SMALL * largest)).all():
+                self._needed = done
                 return
             if not np.isfinite(largest):
                 break
