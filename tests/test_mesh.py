@@ -5,9 +5,14 @@ import pytest
 from conftest import CLOSED, zoo_mesh
 
 from geomhw.errors import MeshError
+from geomhw.mesh.arrays import pieces, summed
 from geomhw.mesh.primitives import grid, icosphere
 from geomhw.mesh.rings import OneRings
+from geomhw.mesh.topology import unique_edges
 from geomhw.mesh.triangle_mesh import TriangleMesh
+from geomhw.methods.heat_distance import HeatDistance
+
+BALL = icosphere(2)
 
 
 def test_gauss_bonnet(mesh: TriangleMesh) -> None:
@@ -52,6 +57,51 @@ def test_edges_count_their_faces(mesh: TriangleMesh) -> None:
     assert not (ends == mesh.faces[:, :, None]).any()
     others = np.stack([np.roll(mesh.faces, -1, axis=1), np.roll(mesh.faces, -2, axis=1)], axis=2)
     assert np.array_equal(ends, np.sort(others, axis=2))
+
+
+def test_edges_of_a_soup() -> None:
+    """Edges of faces drawn by chance, some thousand of them at one vertex, are those that a comparison sort finds."""
+    rng = np.random.default_rng(0)
+    faces = np.array([rng.permutation(60)[:3] for _ in range(4000)], dtype=np.int32)
+    faces[::2, 1] = 60
+    edges = unique_edges(faces)
+    pairs = np.stack([np.roll(faces, -1, axis=1), np.roll(faces, -2, axis=1)], axis=2).reshape(-1, 2)
+    expected, which, counts = np.unique(np.sort(pairs), axis=0, return_inverse=True, return_counts=True)
+    np.testing.assert_array_equal(edges.vertices, expected)
+    np.testing.assert_array_equal(edges.of_faces.ravel(), which.ravel())
+    np.testing.assert_array_equal(edges.face_counts, counts)
+    upward = np.where(pairs[:, 0] < pairs[:, 1], 1, -1)
+    np.testing.assert_array_equal(edges.orientation_sums, np.bincount(which.ravel(), upward))
+
+
+def test_sums_at_places() -> None:
+    """Those of ``bincount``, to the last bit; complex ones too."""
+    rng = np.random.default_rng(1)
+    places, values = rng.integers(0, 50, 1000).astype(np.int32), rng.normal(size=1000)
+    np.testing.assert_array_equal(summed(values, places, 60), np.bincount(places, values, 60))
+    both = summed(values + 2j * values, places, 60)
+    np.testing.assert_array_equal(both.imag, 2 * both.real)
+
+
+def test_pieces_are_all() -> None:
+    """Each once, in order, none of none."""
+    whole = np.arange(100_000)
+    np.testing.assert_array_equal(np.concatenate([whole[piece] for piece in pieces(len(whole))]), whole)
+    assert len(list(pieces(len(whole)))) > 3
+    assert list(pieces(0)) == []
+
+
+def test_work_in_pieces(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What is computed in pieces does not depend on their size, to the last bit."""
+    answers = []
+    for size in (7, 100, 1 << 20):
+        monkeypatch.setattr("geomhw.mesh.arrays.PIECE", size)
+        mesh = TriangleMesh(*(np.array(part) for part in (BALL.vertices, BALL.faces)))
+        fields = HeatDistance(mesh).from_vertices([3]).fields
+        answers.append([mesh.edge_lengths, mesh.cotangents, mesh.opposite_edges, *(field.values for field in fields)])
+    for other in answers[:2]:
+        for one, expected in zip(other, answers[2], strict=True):
+            np.testing.assert_array_equal(one, expected)
 
 
 @pytest.mark.parametrize("name", CLOSED)

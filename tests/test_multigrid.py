@@ -48,6 +48,44 @@ def test_poisson_from_a_guess(size: float) -> None:
     np.testing.assert_allclose(MultigridSolver(S, free)(b, guess), expected, rtol=0, atol=1e-8 * np.abs(expected).max())
 
 
+def test_a_guess_off_by_a_factor(monkeypatch: pytest.MonkeyPatch) -> None:
+    """From a multiple of the solution, nothing is left to do."""
+    mesh = icosphere(4)
+    S, free = stiffness(mesh), free_unknowns(mesh.components, mesh.unreferenced_vertices)
+    b = balanced(np.random.default_rng(3).normal(size=mesh.n_vertices), mesh.components)
+    expected = DirectSolver(S, free)(b)
+    monkeypatch.setattr("geomhw.solvers.multigrid.MAX_ITERATIONS", 1)
+    for factor in (1e-6, -1.0, 1e6):
+        found = MultigridSolver(S, free)(b, factor * expected)
+        np.testing.assert_allclose(found, expected, rtol=0, atol=1e-10 * np.abs(expected).max())
+
+
+def test_set_up_while_something_else_goes_on(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The same solution, to the last bit; and what fails in the background is said, or made up for, when it is asked
+    for."""
+    mesh = icosphere(4)
+    S, free = stiffness(mesh), free_unknowns(mesh.components, mesh.unreferenced_vertices)
+    b = balanced(np.random.default_rng(4).normal(size=mesh.n_vertices), mesh.components)
+    expected = LaplaceSolver(S, free, "multigrid")(b)
+    monkeypatch.setattr("geomhw.solvers.choice.LONG", 100)
+    ahead = LaplaceSolver(S, free, "multigrid")
+    ahead.begin()
+    np.testing.assert_array_equal(ahead(b), expected)
+
+    def failing(*_: object) -> MultigridSolver:
+        raise ConvergenceError("no")
+
+    monkeypatch.setattr("geomhw.solvers.choice.MultigridSolver", failing)
+    monkeypatch.setattr("geomhw.solvers.choice.LARGE", 100)
+    asked, left_open = LaplaceSolver(S, free, "multigrid"), LaplaceSolver(S, free)
+    monkeypatch.setattr(left_open, "_iterate", True)
+    asked.begin()
+    left_open.begin()
+    with pytest.raises(ConvergenceError, match="no"):
+        asked(b)
+    np.testing.assert_allclose(left_open(b), expected, rtol=0, atol=1e-7 * np.abs(expected).max())
+
+
 def test_poisson_with_held_vertices() -> None:
     """Vertices that are held at zero stay there."""
     mesh = grid(30, 20)
@@ -76,6 +114,21 @@ def test_heat_by_sweeps(make, sources: list[int], time: str) -> None:  # type: i
     found, expected = solve_by_sweeps(flow.matrix, impulse, travel, flow.relaxation), flow.from_impulse(impulse)
     np.testing.assert_array_equal(found.sign, 1)
     np.testing.assert_allclose(found.log, expected.log, rtol=0, atol=1e-7)
+
+
+@pytest.mark.parametrize("step", [1.0, 5.0, 500.0])
+def test_steps_of_the_scale_do_not_matter(step: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Sweeps scale their equations in steps, which change nothing, be they less than from one vertex to the next."""
+    mesh = strip(400)
+    flow = HeatFlow(mesh, "h2")
+    impulse = np.bincount([0], minlength=mesh.n_vertices).astype(float)
+    travel = edge_path_distance(mesh, np.array([0])) / np.sqrt(flow.time.t)
+    expected = solve_by_sweeps(flow.matrix, impulse, travel, flow.relaxation)
+    monkeypatch.setattr("geomhw.solvers.sweeps.STEP", step)
+    found = solve_by_sweeps(flow.matrix, impulse, travel, flow.relaxation)
+    assert expected.log.min() < -300
+    np.testing.assert_allclose(found.log, expected.log, rtol=0, atol=1e-10)
+    np.testing.assert_array_equal(found.sign, expected.sign)
 
 
 def test_relaxation_by_the_share_of_mass() -> None:

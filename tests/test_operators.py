@@ -9,11 +9,13 @@ from conftest import ZOO, zoo_mesh
 
 from geomhw.errors import MeshError
 from geomhw.mesh.primitives import grid, icosphere
+from geomhw.mesh.topology import edge_graph
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.operators.averaging import faces_to_vertices, vertices_to_faces
 from geomhw.operators.directional import directional_derivative, face_derivative
 from geomhw.operators.edge_functions import edge_gradient
-from geomhw.operators.gradient import divergence, divergence_of, gradient
+from geomhw.operators.edge_matrix import edge_matrix, weight_sums
+from geomhw.operators.gradient import divergence, divergence_of, gradient, gradient_of
 from geomhw.operators.laplacian import consistent_mass, lumped_mass, stiffness
 
 
@@ -181,6 +183,34 @@ def test_zero_area_is_refused(operator: str) -> None:
     flat = TriangleMesh([[0, 0, 0], [1, 0, 0], [2, 0, 0], [0, 1, 0]], [[0, 1, 3], [0, 1, 2]])
     with pytest.raises(MeshError, match=r"face 1 .*zero area"):
         OPERATORS[operator][0](flat)
+
+
+def test_matrix_over_edges() -> None:
+    """Hermitian, with what several edges say of the same vertices summed, and an edge to its own vertex twice."""
+    edges = np.array([[2, 0], [0, 1], [2, 0], [1, 1]], dtype=np.int32)
+    values, diagonal = np.array([1 + 2j, 3.0, 10j, 5 - 1j]), np.array([0.5, -1.0, 7.0])
+    expected = np.diag(diagonal).astype(complex)
+    for (i, j), value in zip(edges, values, strict=True):
+        expected[i, j] += value
+        expected[j, i] += np.conj(value)
+    np.testing.assert_array_equal(edge_matrix(edges, values, diagonal).toarray(), expected)
+    np.testing.assert_array_equal(edge_matrix(edges, values.real, diagonal).toarray(), expected.real)
+    np.testing.assert_array_equal(weight_sums(edges, values.real, 3), [4, 13, 1])
+    assert [edge_graph(edges, values, 3)[[i]].data.tolist() for i in range(3)] == [[3], [5 - 1j], [1 + 2j, 10j]]
+
+
+def test_gradient_beside_faces_without_area(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Zero where there is no area, and only there, in whatever piece of the mesh that is."""
+    ball = icosphere(1)
+    flat = np.array([[0, 42, 1], [0, 42, 1]])
+    vertices = np.concatenate([ball.vertices, ball.vertices[[0, 1]].mean(axis=0)[None]])
+    mesh = TriangleMesh(vertices, np.concatenate([ball.faces[:10], flat[:1], ball.faces[10:], flat[1:]]))
+    np.testing.assert_array_equal(mesh.degenerate_faces, [10, 81])
+    monkeypatch.setattr("geomhw.mesh.arrays.PIECE", 7)
+    slopes = gradient_of(mesh, mesh.vertices @ [1.0, 2.0, 3.0], zero_without_area=True)
+    assert not slopes[[10, 81]].any()
+    whole = gradient_of(ball, ball.vertices @ [1.0, 2.0, 3.0])
+    np.testing.assert_array_equal(np.delete(slopes, [10, 81], axis=0), whole)
 
 
 def test_flat_grid_stencil() -> None:

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 Ints = NDArray[Any]
+#: Faces or edges in a piece.
 PIECE = 1 << 14
 
 

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from geomhw.mesh.arrays import Floats, Ints, summed
+from geomhw.mesh.arrays import Floats, Ints, pieces, summed
 
 #: Coordinates are trusted to this many units in their last place.
 ROUNDING_UNITS = 8
@@ -20,9 +20,11 @@ ROUNDING_UNITS = 8
 
 def opposite_edges(vertices: Floats, faces: Ints) -> Floats:
     """Edge vectors, (m, 3, 3): ``[f, k]`` runs along the edge opposite corner k, counterclockwise."""
-    edges, corners = np.empty((3, 3, len(faces))), np.ascontiguousarray(faces.T, dtype=np.intp)
-    for x, column in enumerate(vertices.T):
-        _between(_taken(column, corners), edges[:, x])
+    edges, columns = np.empty((3, 3, len(faces))), np.ascontiguousarray(vertices.T)
+    for piece in pieces(len(faces)):
+        corners = np.ascontiguousarray(faces[piece].T, dtype=np.intp)
+        for x, column in enumerate(columns):
+            _between(_taken(column, corners), edges[:, x, piece])
     return edges.transpose(2, 0, 1)
 
 
@@ -30,16 +32,14 @@ def rows(points: Floats, index: Ints) -> Floats:
     """``points[index]``, (..., 3)."""
     places = np.ascontiguousarray(index, dtype=np.intp)
     found = np.empty((points.shape[1], *index.shape))
-    for column, out in zip(points.T, found, strict=True):
+    for column, out in zip(np.ascontiguousarray(points.T), found, strict=True):
         _taken(column, places, out)
     return np.moveaxis(found, 0, -1)
 
 
 def _taken(column: Floats, places: NDArray[np.intp], out: Floats | None = None) -> Floats:
     """``column[places]`` for places that are there, (...)."""
-    return np.take(
-        np.ascontiguousarray(column), places, out=np.empty(places.shape) if out is None else out, mode="clip"
-    )
+    return np.take(column, places, out=np.empty(places.shape) if out is None else out, mode="clip")
 
 
 def at_corners(values: NDArray[Any], faces: Ints) -> NDArray[Any]:
@@ -78,13 +78,14 @@ def cross(left: Floats, right: Floats) -> Floats:
 
 def distances(points: Floats, pairs: Ints) -> Floats:
     """Distances between points, (n, 3), by their pairs, (k, 2)."""
-    start, end = np.ascontiguousarray(pairs.T, dtype=np.intp)
-    total = np.zeros(len(pairs))
-    for column in points.T:
-        gap = _taken(column, end)
-        gap -= _taken(column, start)
-        total += np.square(gap, out=gap)
-    return np.asarray(np.sqrt(total, out=total))
+    found, columns = np.zeros(len(pairs)), np.ascontiguousarray(points.T)
+    for piece in pieces(len(pairs)):
+        start, end = np.ascontiguousarray(pairs[piece].T, dtype=np.intp)
+        for column in columns:
+            gap = _taken(column, end)
+            gap -= _taken(column, start)
+            found[piece] += np.square(gap, out=gap)
+    return np.asarray(np.sqrt(found, out=found))
 
 
 def lengths(vectors: Floats) -> Floats:
@@ -119,12 +120,18 @@ def vector_sum(vectors: Floats, faces: Ints, size: int, signs: Ints | int = 1) -
 def degenerate_faces(vertices: Floats, faces: Ints, edges: Floats, doubled_areas: Floats) -> Ints:
     """Faces whose height is lost in the rounding of the coordinates: their normal is noise."""
     rounding = ROUNDING_UNITS * np.finfo(float).eps
-    squares = _largest(np.einsum("fkx,fkx->fk", edges, edges))
+    square = max(float(_squares(edges[piece]).max()) for piece in pieces(len(faces)))
     size = _largest(np.abs(vertices))
-    if doubled_areas.min() > rounding * np.sqrt(squares.max()) * size.max():
+    if doubled_areas.min() > rounding * np.sqrt(square) * size.max():
         return np.empty(0, dtype=np.int64)  # mostly: no single face need be looked at
     # The coordinates of the largest corner are known to eps * size; a height below that may be zero or negative.
-    return np.flatnonzero(doubled_areas <= rounding * np.sqrt(squares) * _largest(size[faces]))
+    longest = np.sqrt(_largest(_squares(edges)))
+    return np.flatnonzero(doubled_areas <= rounding * longest * _largest(size[faces]))
+
+
+def _squares(edges: Floats) -> Floats:
+    """Squared lengths, (m, 3), of edge vectors, (m, 3, 3)."""
+    return np.asarray(np.einsum("fkx,fkx->fk", edges, edges))
 
 
 def _largest(rows: Floats) -> Floats:

@@ -7,7 +7,7 @@ import numpy as np
 
 from geomhw.errors import MeshError
 from geomhw.mesh import geometry, topology
-from geomhw.mesh.arrays import Floats, Ints, frozen
+from geomhw.mesh.arrays import Floats, Ints, frozen, pieces
 
 
 class PolyhedralSurface(ABC):
@@ -80,9 +80,11 @@ class PolyhedralSurface(ABC):
     def cotangents(self) -> Floats:
         """Cotangent of the angle at each corner, (m, 3), not kept; MeshError if a face has no area."""
         self.require_area()
-        dots = geometry.corner_dots(self.opposite_edges)
-        dots /= (2 * self.face_areas)[:, None]
-        return dots
+        cotangents = np.empty((self.n_faces, 3))
+        for faces in pieces(self.n_faces):
+            dots = geometry.corner_dots(self.opposite_edges[faces])
+            np.divide(dots, 2 * self.face_areas[faces, None], out=cotangents[faces])
+        return cotangents
 
     # -- vertices ------------------------------------------------------------------------------------------------------
 

@@ -75,6 +75,6 @@ def random_field(mesh: TriangleMesh, seed: int, waves: int = 8) -> Floats:
     phase, height = rng.uniform(0, 2 * np.pi, 64), rng.normal(size=64)
     at = (mesh.vertices - (low + high) / 2) / radius
     stream = np.cos(at @ k.T + phase) @ height
-    slope = gradient_of(mesh, stream[mesh.faces])
+    slope = gradient_of(mesh, stream)
     V = np.cross(mesh.face_normals, slope)
     return np.asarray(10 * mesh.mean_edge_length / np.linalg.norm(V, axis=1).max() * V)

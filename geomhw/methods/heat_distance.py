@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geomhw.errors import ConvergenceError
-from geomhw.mesh.arrays import Floats, Ints
+from geomhw.mesh.arrays import Floats, Ints, pieces
 from geomhw.mesh.curvature import angle_defects
 from geomhw.mesh.distances import edge_path_distance
 from geomhw.mesh.geometry import at_corners, lengths, unit
@@ -26,7 +26,7 @@ from geomhw.methods.several_sources import chord_to_nearest, held_distance, know
 from geomhw.methods.sources import Sources, vertex_sources
 from geomhw.methods.time_step import TimeStep
 from geomhw.methods.unfolding import Unfolding
-from geomhw.operators.gradient import divergence_of, gradient_of
+from geomhw.operators.gradient import divergence_of, gradient_of, slopes_on
 from geomhw.results import Field, Result
 from geomhw.solvers.choice import LaplaceSolver, SolverName
 from geomhw.solvers.costs import Work
@@ -125,6 +125,7 @@ class HeatDistance:
         """
         mesh, stage = self.mesh, self.stages
         wanted = sources[sources.distinct()[0]]
+        self._poisson_solver.begin()
         with stage("paths along edges"):
             start = known_distances(mesh, wanted)
             paths = edge_path_distance(self._domain, np.flatnonzero(np.isfinite(start)), start)
@@ -149,7 +150,7 @@ class HeatDistance:
                 Field("heat", "vertex", u),
                 Field("divergence", "vertex", spread),
                 Field("distance", "vertex", distance),
-                Field("heat_gradient", "face", gradient_of(mesh, at_corners(u, mesh.faces), zero_without_area=True)),
+                Field("heat_gradient", "face", gradient_of(mesh, u, zero_without_area=True)),
                 Field("direction", "face", directions),
             ]
             return Result(mesh, fields, self._report(wanted, distance) | raised)
@@ -255,17 +256,20 @@ class HeatDistance:
 
 def _directions(surface: PolyhedralSurface, heat: LogValues, vertices: Ints) -> Floats:
     """-∇u/|∇u| per face, (m, 3); zero where u is flat but for rounding, as between three source vertices."""
-    slopes = _slopes(surface, heat)
-    flat = lengths(slopes) * np.sqrt(surface.face_areas) < LEVEL
     named = np.zeros(surface.n_vertices, dtype=bool)
     named[vertices] = True
-    slopes[flat | at_corners(named, surface.faces).all(axis=1)] = 0.0
-    return unit(-slopes)
+    directions = np.empty((3, surface.n_faces)).T
+    for faces in pieces(surface.n_faces):
+        slopes = _slopes(surface, faces, heat)
+        flat = lengths(slopes) * np.sqrt(surface.face_areas[faces]) < LEVEL
+        slopes[flat | at_corners(named, surface.faces[faces]).all(axis=1)] = 0.0
+        directions[faces] = unit(np.negative(slopes, out=slopes))
+    return directions
 
 
-def _slopes(surface: PolyhedralSurface, heat: LogValues) -> Floats:
-    """∇u per face, (m, 3), each up to a positive factor of its own: u is scaled face by face to order one."""
-    corners = at_corners(heat.log, surface.faces)
+def _slopes(surface: PolyhedralSurface, faces: slice, heat: LogValues) -> Floats:
+    """∇u on some faces, (k, 3), each up to a positive factor of its own: u is scaled face by face to order one."""
+    corners = at_corners(heat.log, surface.faces[faces])
     a, b, c = corners.T
     largest = np.maximum(np.maximum(a, b), c)
     warm = np.isfinite(largest)
@@ -273,9 +277,8 @@ def _slopes(surface: PolyhedralSurface, heat: LogValues) -> Floats:
         corners[~warm], largest[~warm] = -np.inf, 0.0
     corners -= largest[:, None]
     relative = np.exp(corners, out=corners)
-    if (heat.sign != 1).any():
-        relative *= at_corners(heat.sign, surface.faces)
-    return gradient_of(surface, relative, zero_without_area=True)
+    relative *= at_corners(heat.sign, surface.faces[faces])
+    return slopes_on(surface, faces, relative)
 
 
 def heat_distance(

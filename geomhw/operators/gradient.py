@@ -3,8 +3,8 @@
 import numpy as np
 import scipy.sparse as sp
 
-from geomhw.mesh.arrays import Floats
-from geomhw.mesh.geometry import corner_sum, cross
+from geomhw.mesh.arrays import Floats, pieces
+from geomhw.mesh.geometry import at_corners, corner_sum, cross
 from geomhw.mesh.polyhedral import PolyhedralSurface
 
 
@@ -40,18 +40,27 @@ def divergence(mesh: PolyhedralSurface) -> sp.csr_array:
     return (gradient(mesh).T * -np.repeat(mesh.face_areas / mesh.sheets, 3)).tocsr()
 
 
-def gradient_of(mesh: PolyhedralSurface, corners: Floats, zero_without_area: bool = False) -> Floats:
-    """Gradient on each face, (m, 3), of the linear function with these values at its corners, (m, 3).
+def gradient_of(mesh: PolyhedralSurface, u: Floats, zero_without_area: bool = False) -> Floats:
+    """Gradient on each face, (m, 3), of the linear function with these values at vertices, (n,).
 
-    `gradient` without the matrix, and continuous nowhere: corners of one vertex may differ. A face without area has
-    none: MeshError, or zero if that is asked for.
+    `gradient` without the matrix. A face without area has none: MeshError, or zero if that is asked for.
     """
     if not zero_without_area:
         mesh.require_area()
+    slopes = np.empty((3, mesh.n_faces)).T
+    for faces in pieces(mesh.n_faces):
+        slopes[faces] = slopes_on(mesh, faces, at_corners(u, mesh.faces[faces]))
+    return slopes
+
+
+def slopes_on(mesh: PolyhedralSurface, faces: slice, corners: Floats) -> Floats:
+    """Gradient on some faces, (k, 3), of linear functions with these values at their corners, (k, 3), where those of
+    one vertex may differ; zero on a face without area."""
     # With N = 2A n: n x e_k / 2A = N x e_k / N²
-    squares = np.einsum("fx,fx->f", mesh.area_vectors, mesh.area_vectors)
-    squares[mesh.degenerate_faces] = np.inf
-    slopes = cross(mesh.area_vectors, np.einsum("fk,fkx->fx", corners, mesh.opposite_edges))
+    normals, flat = mesh.area_vectors[faces], mesh.degenerate_faces
+    squares = np.einsum("fx,fx->f", normals, normals)
+    squares[flat[slice(*np.searchsorted(flat, [faces.start, faces.stop]))] - faces.start] = np.inf
+    slopes = cross(normals, np.einsum("fk,fkx->fx", corners, mesh.opposite_edges[faces]))
     slopes /= squares[:, None]
     return slopes
 
@@ -59,7 +68,10 @@ def gradient_of(mesh: PolyhedralSurface, corners: Floats, zero_without_area: boo
 def divergence_of(mesh: PolyhedralSurface, field: Floats) -> Floats:
     """`divergence` applied to one face field, (m, 3), without the matrix: (n,), units of the field times length."""
     # A ∇φ_k · X = (N x e_k) · X / 4A = (X x N) · e_k / 4A
-    areas = mesh.face_areas
-    turned = cross(field, mesh.area_vectors)
-    turned *= np.divide(-0.25 / mesh.sheets, areas, out=np.zeros_like(areas), where=areas > 0)[:, None]
-    return corner_sum(np.einsum("fkx,fx->fk", mesh.opposite_edges, turned), mesh.faces, mesh.n_vertices)
+    spread = np.empty((mesh.n_faces, 3))
+    for faces in pieces(mesh.n_faces):
+        areas = mesh.face_areas[faces]
+        turned = cross(field[faces], mesh.area_vectors[faces])
+        turned *= np.divide(-0.25 / mesh.sheets, areas, out=np.zeros_like(areas), where=areas > 0)[:, None]
+        np.einsum("fkx,fx->fk", mesh.opposite_edges[faces], turned, out=spread[faces])
+    return corner_sum(spread, mesh.faces, mesh.n_vertices)

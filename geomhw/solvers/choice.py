@@ -1,7 +1,7 @@
 """Which solver: one front door for systems that are solved for few right-hand sides."""
 
 from functools import cached_property
-from typing import Literal, get_args
+from typing import TYPE_CHECKING, Literal, get_args
 
 import numpy as np
 import scipy.sparse as sp
@@ -13,10 +13,15 @@ from geomhw.solvers.costs import ONE, Kind, Work, cheapest, seconds
 from geomhw.solvers.direct import DirectSolver
 from geomhw.solvers.multigrid import MultigridSolver
 
+if TYPE_CHECKING:
+    from concurrent.futures import Future
+
 #: auto is what is cheapest for the work to come.
 SolverName = Literal["auto", "multigrid", "direct"]
 #: But with fewer unknowns it always factors: right to rounding is worth a tenth of a second.
 LARGE = 20_000
+#: With as many, multigrid is set up on another core.
+LONG = 100_000
 
 
 def iterates(asked: SolverName, size: int, work: Work, by: Kind) -> bool:
@@ -41,11 +46,21 @@ class LaplaceSolver:
         self, matrix: sp.csr_array, free: NDArray[np.bool_], asked: SolverName = "auto", work: Work = ONE
     ) -> None:
         self._matrix, self._free, self._asked, self._work = matrix, free, asked, work
+        self._begun: Future[MultigridSolver] | None = None
         self._iterate = iterates(asked, matrix.shape[0], work, "multigrid")
 
     @cached_property
     def _multigrid(self) -> MultigridSolver:
-        return MultigridSolver(self._matrix, self._free)
+        return self._begun.result() if self._begun else MultigridSolver(self._matrix, self._free)
+
+    def begin(self) -> None:
+        """Set up multigrid, where that is to come and takes long, while the caller goes on with something else."""
+        if self._iterate and not self._begun and self._matrix.shape[0] >= LONG:
+            from concurrent.futures import ThreadPoolExecutor
+
+            worker = ThreadPoolExecutor(1)
+            self._begun = worker.submit(MultigridSolver, self._matrix, self._free)
+            worker.shutdown(wait=False)
 
     @cached_property
     def _direct(self) -> DirectSolver:

@@ -23,6 +23,7 @@ Prepare = Callable[[Floats, NDArray[Any]], Callable[[int], Floats]]
 def geomhw(solver: str = "auto", refine: bool = False, heat_for: str = "auto") -> Prepare:
     """This project, as ``geomhw geodesic --solver``; heat_for: its ``--time``."""
     import pyamg  # noqa: F401  as compiled peers, which are loaded before the clock starts
+    import scipy.sparse.csgraph  # noqa: F401
 
     from geomhw.mesh.triangle_mesh import TriangleMesh
     from geomhw.methods.heat_distance import HeatDistance
@@ -97,6 +98,7 @@ def transport(peer: bool) -> Prepare:
 
         return prepare
     import pyamg  # noqa: F401
+    import scipy.sparse.csgraph  # noqa: F401
 
     from geomhw.mesh.triangle_mesh import TriangleMesh
     from geomhw.methods.vector_heat import VectorHeat
