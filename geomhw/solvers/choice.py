@@ -20,8 +20,6 @@ if TYPE_CHECKING:
 SolverName = Literal["auto", "multigrid", "direct"]
 #: But with fewer unknowns it always factors: right to rounding is worth a tenth of a second.
 LARGE = 20_000
-#: With as many, multigrid is set up on another core.
-LONG = 100_000
 
 
 def iterates(asked: SolverName, size: int, work: Work, by: Kind) -> bool:
@@ -54,8 +52,8 @@ class LaplaceSolver:
         return self._begun.result() if self._begun else MultigridSolver(self._matrix, self._free)
 
     def begin(self) -> None:
-        """Set up multigrid, where that is to come and takes long, while the caller goes on with something else."""
-        if self._iterate and not self._begun and self._matrix.shape[0] >= LONG:
+        """Set up multigrid, where that is to come, on another core, while the caller goes on with something else."""
+        if self._iterate and not self._begun:
             from concurrent.futures import ThreadPoolExecutor
 
             worker = ThreadPoolExecutor(1)
