@@ -246,8 +246,24 @@ def test_heat_that_decays_at_several_rates() -> None:
     np.testing.assert_array_equal(flow.from_impulse(impulse).log, found.log)  # where one decay is guessed for all
 
 
+def test_heat_from_further_on(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where blocks are solved one after the other and equations do not hold, sweeps go back until they do."""
+    mesh = icosphere(4)
+    flow = HeatFlow(mesh, "0.2*h2", solver="direct")
+    impulse = np.bincount([7], minlength=mesh.n_vertices).astype(float)
+    travel = edge_path_distance(mesh, np.array([7])) / np.sqrt(flow.time.t)
+    monkeypatch.setattr("geomhw.solvers.sweeps.BLOCK", 5.0)
+    monkeypatch.setattr("geomhw.solvers.sweeps.OVERLAP", 0.0)
+    found = solve_by_sweeps(flow.matrix, impulse, travel, flow.relaxation)
+    np.testing.assert_allclose(found.log, flow.from_impulse(impulse).log, rtol=0, atol=1e-5)
+    monkeypatch.setattr("geomhw.solvers.sweeps.MAX_ROUNDS", 1)
+    with pytest.raises(ConvergenceError, match="--solver direct"):
+        solve_by_sweeps(flow.matrix, impulse, travel, flow.relaxation)
+
+
 def test_what_is_no_solution_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     """Whatever the sweeps say, the equations have the last word."""
+    monkeypatch.setattr("geomhw.solvers.sweeps.MAX_ROUNDS", 1)
     mesh = grid(30, 30)
     flow = HeatFlow(mesh, "h2", solver="direct")
     impulse = np.bincount([0], minlength=mesh.n_vertices).astype(float)

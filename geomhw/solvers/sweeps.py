@@ -24,8 +24,8 @@ from geomhw.solvers.wavefront import LogValues
 #: Width of a block, in lengths √t,
 BLOCK = 30.0
 #: and of that part of it that is solved for once more with the next one: what lies beyond, at first held at zero,
-#: changes a solution by exp(-2 · 15) before that.
-OVERLAP = 15.0
+#: changes a solution by exp(-2 · 20) before that.
+OVERLAP = 20.0
 #: A block is done when a sweep changes no value by more than this share of itself,
 TOLERANCE = 1e-10
 #: or, where it happens to be small, of this share of the largest in the block.
@@ -39,6 +39,8 @@ MOST_RELAXED = 1.6
 RESIDUAL = 1e-6
 #: Natural logarithms in a step of the scale: a block spans less, mostly.
 STEP = 64.0
+#: Rounds of sweeps where that is so.
+MAX_ROUNDS = 20
 ROWS_AT_ONCE = 1 << 14
 NO_END = "heat does not settle in sweeps on this mesh; compute with --solver direct"
 
@@ -61,12 +63,12 @@ def solve_by_sweeps(matrix: sp.csr_array, rhs: Floats, travel: Floats, omega: fl
     """
     blocks = _Blocks(matrix, rhs, travel, omega)
     rate = 1.0
-    for back, low, high in blocks.bounds():
+    for former, low, high in blocks.bounds():
         if low:
-            rate = blocks.rate(back, low) or rate
+            rate = blocks.rate(former, low) or rate
         blocks.guess(rate, low, high)
-        blocks.settle(back, low, high)
-    blocks.check()
+        blocks.settle(former, low, high)
+    blocks.finish()
     return LogValues.of(blocks.in_given_order(blocks.v), STEP * blocks.in_given_order(blocks.steps))
 
 
@@ -77,9 +79,9 @@ def solve_scaled_by_sweeps(matrix: sp.csr_array, rhs: NDArray[Any], potential: F
     """
     blocks = _Blocks(matrix, rhs, potential - potential.min(initial=0.0), omega)
     blocks.expect(potential[blocks.order], 0, len(potential))
-    for back, low, high in blocks.bounds():
-        blocks.settle(back, low, high)
-    blocks.check()
+    for former, low, high in blocks.bounds():
+        blocks.settle(former, low, high)
+    blocks.finish()
     return blocks.in_given_order(blocks.v / blocks.typical)
 
 
@@ -107,10 +109,10 @@ class _Blocks:
     def bounds(self) -> Iterator[tuple[int, int, int]]:
         """Where the block before starts, and this one, and where it ends."""
         p = self.travel
-        back = low = 0
+        former = low = 0
         for high in np.unique(np.append(np.searchsorted(p, np.arange(BLOCK, p[-1], BLOCK)), len(p))).tolist():
-            yield back, low, high
-            back, low = low, high
+            yield former, low, high
+            former, low = low, high
 
     def rate(self, low: int, high: int) -> float:
         """By how much -log u grows with travel on the way to low to high, at least squares; 0 if that is unknown."""
@@ -147,21 +149,25 @@ class _Blocks:
         with np.errstate(divide="ignore"):
             return np.asarray(STEP * self.steps[at] - np.log(np.abs(self.v[at])))
 
-    def settle(self, back: int, low: int, high: int) -> None:
-        """Solve for the unknowns low to high, and for the last of those from back on once more, with others held."""
-        self._scale(back, low, low, high)
+    def settle(self, former: int, low: int, high: int) -> None:
+        """Solve for the unknowns low to high, and again for the last ones from ``former`` on, with all others held."""
+        self._scale(former, low, low, high)
         self._scale(low, high, 0, high)
-        back = max(back, int(np.searchsorted(self.travel, self.travel[low] - OVERLAP)))
         self._sides[low:high] = self._rhs[low:high]
         hot = low + np.flatnonzero(self._rhs[low:high])
         self._sides[hot] *= np.exp(STEP * self.steps[hot])
-        here, typical = self.v[back:high], self.typical[back:high]
+        again = int(np.searchsorted(self.travel, self.travel[low] - OVERLAP))
+        self._relax(max(former, again), high)
+
+    def _relax(self, low: int, high: int) -> None:
+        """Sweep over the unknowns low to high until they stay as they are."""
+        here, typical = self.v[low:high], self.typical[low:high]
         done, until = 0, max(self._needed - BETWEEN, BETWEEN)
         while done < MAX_SWEEPS:
             for _ in range(done + 1, until):
-                self._sweep(back, high)
+                self._sweep(low, high)
             old = here.copy()
-            self._sweep(back, high)
+            self._sweep(low, high)
             done, until = until, until + BETWEEN
             old -= here
             size, change = np.abs(here) / typical, np.abs(old) / typical
@@ -190,20 +196,34 @@ class _Blocks:
         np.subtract(self._sides[here], self._moved[here], out=self._moved[here])
         gauss_seidel(A.indptr, A.indices, A.data, self.v, self._moved, low, high, 1)
 
-    def check(self) -> None:
-        """ConvergenceError unless v solves its equations, all of them whole."""
+    def finish(self) -> None:
+        """Sweep again where v does not solve its equations: where heat comes from further on, as it may where fronts
+        meet. ConvergenceError if that does not help."""
         A, n = self._matrix, len(self.v)
-        for back, low, high in self.bounds():
-            if (A.indices[A.indptr[back + 1 : low + 1] - 1] >= high).any():
-                self._scale(back, low, high, n)
+        for former, low, high in self.bounds():
+            if (A.indices[A.indptr[former + 1 : low + 1] - 1] >= high).any():
+                self._scale(former, low, high, n)
+        for _ in range(MAX_ROUNDS):
+            wrong = self._wrong()
+            if not wrong.any():
+                return
+            for former, _, high in reversed(list(self.bounds())):
+                if wrong[former:high].any():
+                    self._relax(former, high)
+        raise ConvergenceError(NO_END)
+
+    def _wrong(self) -> NDArray[np.bool_]:
+        """Unknowns whose equations do not hold, (n,)."""
+        A, n = self._matrix, len(self.v)
+        wrong = np.zeros(n, dtype=bool)
         for low in range(0, n, ROWS_AT_ONCE):
             high = min(low + ROWS_AT_ONCE, n)
             within = slice(A.indptr[low], A.indptr[high])
             terms = A.data[within] * self.v[A.indices[within]]
             starts = A.indptr[low:high] - A.indptr[low]
             left = np.add.reduceat(terms, starts) + self._kept[low:high] * self.v[low:high] - self._sides[low:high]
-            if not (np.abs(left) <= RESIDUAL * np.add.reduceat(np.abs(terms), starts)).all():
-                raise ConvergenceError(NO_END)
+            wrong[low:high] = ~(np.abs(left) <= RESIDUAL * np.add.reduceat(np.abs(terms), starts))
+        return wrong
 
     def in_given_order(self, values: NDArray[Any]) -> NDArray[Any]:
         """Values, (n,), back in the order of A."""
