@@ -1,8 +1,8 @@
 """The heat system by sweeps that follow the heat: linear in size, right at any extent.
 
 What is to be known at a vertex comes from those nearer to the source. So unknowns are put in the order in which heat
-arrives and solved for in blocks of a few rings, by over-relaxed sweeps in that order [Young 1971], each block once more
-with the next one; how the solution decays in one block tells what to begin with in the next.
+arrives and solved for in blocks of some rings, by over-relaxed sweeps in that order [Young 1971], the last rings of
+each once more with the next one; how the solution decays in one block tells what to begin with in the next.
 
 Written as u = exp(-l) v, with l near the decay but in steps, the system for v (`geomhw.solvers.wavefront`) differs from
 that for u only where a step lies between two neighbors, and v stays in range.
@@ -37,10 +37,10 @@ BETWEEN = 4
 MOST_RELAXED = 1.6
 #: What is left of an equation in the end, as a share of its terms; more than that is no solution.
 RESIDUAL = 1e-6
+#: Rounds of sweeps over blocks with such equations, before that is said.
+MAX_ROUNDS = 20
 #: Natural logarithms in a step of the scale: a block spans less, mostly.
 STEP = 64.0
-#: Rounds of sweeps where that is so.
-MAX_ROUNDS = 20
 ROWS_AT_ONCE = 1 << 14
 NO_END = "heat does not settle in sweeps on this mesh; compute with --solver direct"
 

@@ -148,7 +148,7 @@ def measure(case: Case, names: list[str]) -> dict[str, Figures]:
 
 
 def run(case: Case, name: str, stored: Path) -> Figures:
-    """One solver in a process of its own, on one thread; infinite seconds where it fails."""
+    """One solver in a process of its own, algebra on one thread; infinite seconds where it fails."""
     out = stored.with_name("out.npz")
     threads = {f"{library}_NUM_THREADS": "1" for library in ("OMP", "OPENBLAS", "MKL")}
     command = [sys.executable, str(HERE / "solvers.py"), name, str(stored), str(out)]
@@ -217,7 +217,7 @@ def draw(results: dict[str, dict[str, Figures]]) -> None:
         place -= 1.5
     axes.set_yticks(ticks, labels, fontsize=8)
     axes.set_xscale("log")
-    axes.set_xlabel("seconds from arrays to distances or vectors, one thread")
+    axes.set_xlabel("seconds from arrays to distances or vectors")
     axes.spines[["top", "right"]].set_visible(False)
     figure.savefig(BUILD / "distances.png", dpi=130)
     print(f"\n{BUILD / 'distances.png'} is drawn", file=sys.stderr)
@@ -244,7 +244,7 @@ def scaling() -> None:
     for label, points in found.items():
         axes.loglog([n for n, _ in points], [figures.seconds for _, figures in points], "o-", label=label)
     axes.set_xlabel("vertices")
-    axes.set_ylabel("seconds from arrays to distances, one thread")
+    axes.set_ylabel("seconds from arrays to distances")
     axes.grid(True, which="both", alpha=0.2)
     axes.legend()
     figure.savefig(BUILD / "scaling.png", dpi=130)
