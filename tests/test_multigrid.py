@@ -1,5 +1,8 @@
 """Solvers that factor nothing: the same answers as a factorization, or a refusal."""
 
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 import scipy.sparse as sp
@@ -83,6 +86,35 @@ def test_set_up_while_something_else_goes_on(monkeypatch: pytest.MonkeyPatch) ->
     with pytest.raises(ConvergenceError, match="no"):
         asked(b)
     np.testing.assert_allclose(left_open(b), expected, rtol=0, atol=1e-7 * np.abs(expected).max())
+
+
+def test_no_imports_in_the_background() -> None:
+    """What multigrid needs is loaded before it is set up in another thread, for this one is about to load it, too."""
+    program = """
+import sys
+import numpy as np
+import scipy.sparse as sp
+from geomhw.solvers import choice
+
+before = set(sys.modules)
+loaded = []
+make = choice.MultigridSolver
+
+def recording(*arguments):
+    loaded.append(set(sys.modules))
+    made = make(*arguments)
+    loaded.append(set(sys.modules))
+    return made
+
+choice.MultigridSolver = recording
+chain = sp.csr_array(sp.diags_array([-1.0, 2.5, -1.0], offsets=[-1, 0, 1], shape=(500, 500)))
+solver = choice.LaplaceSolver(chain, np.ones(500, dtype=bool), "multigrid")
+solver.begin()
+np.testing.assert_allclose(chain @ solver(np.ones(500)), 1, rtol=1e-6)
+assert "pyamg.aggregation" not in before
+assert loaded[0] == loaded[1], loaded[1] - loaded[0]
+"""
+    subprocess.run([sys.executable, "-c", program], check=True)
 
 
 def test_poisson_with_held_vertices() -> None:

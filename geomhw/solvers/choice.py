@@ -56,6 +56,9 @@ class LaplaceSolver:
         if self._iterate and not self._begun:
             from concurrent.futures import ThreadPoolExecutor
 
+            # Here, for two threads that import the same at once may find half of it: both need pyamg.
+            import pyamg.aggregation  # noqa: F401
+
             worker = ThreadPoolExecutor(1)
             self._begun = worker.submit(MultigridSolver, self._matrix, self._free)
             worker.shutdown(wait=False)
