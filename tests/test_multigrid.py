@@ -117,6 +117,19 @@ assert loaded[0] == loaded[1], loaded[1] - loaded[0]
     subprocess.run([sys.executable, "-c", program], check=True)
 
 
+def test_unknowns_without_neighbors() -> None:
+    """Right triangles apart from each other: across from the right angle, cotan weights are zero."""
+    corner = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]])
+    vertices = corner + 3 * np.arange(300)[:, None, None] * [1.0, 0, 0]
+    mesh = TriangleMesh(vertices.reshape(-1, 3), np.arange(900).reshape(-1, 3))
+    sources = list(range(0, 900, 3))
+    found, expected = (
+        HeatDistance(mesh, "h2", solver=solver).from_vertices(sources)["distance"]  # type: ignore[arg-type]
+        for solver in ("multigrid", "direct")
+    )
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-9)
+
+
 def test_poisson_with_held_vertices() -> None:
     """Vertices that are held at zero stay there."""
     mesh = grid(30, 20)

@@ -112,7 +112,7 @@ class _Cycle:
         self._levels: list[tuple[sp.csr_matrix, sp.csr_matrix, sp.csr_matrix]] = []
         while A.shape[0] > COARSEST:
             joined = standard_aggregation(A)[0].astype(float)
-            if joined.shape[1] >= A.shape[0]:
+            if not joined.nnz or joined.shape[1] >= A.shape[0]:  # unknowns without neighbors are not joined
                 break
             weights = (OMEGA / np.maximum(np.asarray(abs(A).sum(axis=1)).ravel(), np.finfo(float).tiny))[:, None]
             P = sp.csr_matrix(joined - (A @ joined).multiply(weights))
