@@ -1,4 +1,4 @@
-"""The array types that everything agrees on, and the one way to make an array read-only."""
+"""The array types that everything agrees on, and what numpy lacks: arrays read-only, in pieces, summed in order."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 Ints = NDArray[Any]
-#: Faces or edges in a piece.
+#: Faces, edges or rows in a piece.
 PIECE = 1 << 14
 
 
@@ -30,7 +30,7 @@ def summed(values: NDArray[Any], places: Ints, size: int) -> NDArray[Any]:
 
 
 def pieces(count: int) -> Iterator[slice]:
-    """Parts of so many faces or edges that are best worked on one by one: what arises on the way fits into a cache."""
+    """Parts of so many faces, edges or rows, best worked on one by one: what arises on the way fits into a cache."""
     for start in range(0, count, PIECE):
         yield slice(start, min(start + PIECE, count))
 

@@ -18,7 +18,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from geomhw.errors import ConvergenceError
-from geomhw.mesh.arrays import Floats, Ints, dot
+from geomhw.mesh.arrays import Floats, Ints, dot, pieces
 from geomhw.solvers.wavefront import LogValues
 
 #: Width of a block, in lengths √t,
@@ -41,7 +41,6 @@ RESIDUAL = 1e-6
 MAX_ROUNDS = 20
 #: Natural logarithms in a step of the scale: a block spans less, mostly.
 STEP = 64.0
-ROWS_AT_ONCE = 1 << 14
 NO_END = "heat does not settle in sweeps on this mesh; compute with --solver direct"
 
 
@@ -216,13 +215,12 @@ class _Blocks:
         """Unknowns whose equations do not hold, (n,)."""
         A, n = self._matrix, len(self.v)
         wrong = np.zeros(n, dtype=bool)
-        for low in range(0, n, ROWS_AT_ONCE):
-            high = min(low + ROWS_AT_ONCE, n)
-            within = slice(A.indptr[low], A.indptr[high])
+        for rows in pieces(n):
+            within = slice(A.indptr[rows.start], A.indptr[rows.stop])
             terms = A.data[within] * self.v[A.indices[within]]
-            starts = A.indptr[low:high] - A.indptr[low]
-            left = np.add.reduceat(terms, starts) + self._kept[low:high] * self.v[low:high] - self._sides[low:high]
-            wrong[low:high] = ~(np.abs(left) <= RESIDUAL * np.add.reduceat(np.abs(terms), starts))
+            starts = A.indptr[rows] - A.indptr[rows.start]
+            left = np.add.reduceat(terms, starts) + self._kept[rows] * self.v[rows] - self._sides[rows]
+            wrong[rows] = ~(np.abs(left) <= RESIDUAL * np.add.reduceat(np.abs(terms), starts))
         return wrong
 
     def in_given_order(self, values: NDArray[Any]) -> NDArray[Any]:
