@@ -35,24 +35,27 @@ def unique_edges(faces: Ints) -> Edges:
     from scipy.sparse import csr_array
 
     a, b, c = faces.T
-    starts, ends = np.stack([b, c, a], axis=1).ravel(), np.stack([c, a, b], axis=1).ravel()
-    low, high, upward = np.minimum(starts, ends), np.maximum(starts, ends), starts < ends
-    order, j, begins = _by_key(low, high)
+    low, marked = np.empty_like(faces, order="C"), np.empty_like(faces, order="C")
+    for k, (start, end) in enumerate(((b, c), (c, a), (a, b))):
+        np.minimum(start, end, out=low[:, k])
+        # Twice the higher vertex, and one more where the halfedge runs upward.
+        marked[:, k] = 2 * np.maximum(start, end) + (start < end)
+    order, marked, begins = _by_key(low.ravel(), marked.ravel())
     # As the rows of a matrix: the few halfedges of each lower vertex are sorted by the higher one.
-    table = csr_array((order, j, begins), shape=(len(begins) - 1, int(high.max()) + 1))
+    table = csr_array((order, marked, begins), shape=(len(begins) - 1, int(marked.max()) + 1))
     table.sort_indices()
-    order, j, i = table.data, table.indices, np.repeat(np.arange(len(begins) - 1, dtype=faces.dtype), np.diff(begins))
+    order, j = table.data, table.indices >> 1
+    i = np.repeat(np.arange(len(begins) - 1, dtype=faces.dtype), np.diff(begins))
     new = np.ones(len(order), dtype=bool)
     new[1:] = (i[1:] != i[:-1]) | (j[1:] != j[:-1])
     first = np.flatnonzero(new).astype(order.dtype)
     counts = np.diff(first, append=first.dtype.type(len(order)))
-    sums = np.add.reduceat(upward[order].view(np.int8), first, dtype=first.dtype)
-    sums *= 2
-    sums -= counts
+    upward = np.cumsum(table.indices & 1, dtype=first.dtype)[first + counts - 1]
+    sums = 2 * np.diff(upward, prepend=upward.dtype.type(0)) - counts
     new[0] = False
     of_faces = np.empty_like(order)
     of_faces[order] = np.cumsum(new, dtype=first.dtype)
-    vertices = np.stack([i[first], j[first]], axis=1)
+    vertices = np.stack([i[first], j[first]]).T
     return Edges(frozen(vertices), frozen(of_faces.reshape(-1, 3)), frozen(counts), frozen(sums))
 
 

@@ -186,7 +186,7 @@ class HeatDistance:
         """Distances corrected by unfolding."""
         # A face that holds a source is one of the mesh, and may be none of another triangulation.
         unfold = self._unfolding_of_mesh if self.robust and len(sources.within_faces) else self._unfolding
-        chord = chord_to_nearest(self.mesh, sources, np.arange(self.mesh.n_vertices))
+        chord = chord_to_nearest(self.mesh, sources)
         return np.maximum(unfold(known_distances(self.mesh, sources), distance), chord)
 
     def settings(self) -> dict[str, Any]:
@@ -242,7 +242,7 @@ class HeatDistance:
             raise ConvergenceError("the distance came out undefined; look for faces of nearly no area")
         farthest = int(np.where(finite, distance, -1.0).argmax())
         unreached = int(np.count_nonzero(~finite & self._flow.surface))
-        chord = chord_to_nearest(self.mesh, sources, np.arange(self.mesh.n_vertices))
+        chord = chord_to_nearest(self.mesh, sources)
         too_short = int(np.count_nonzero(distance < LEAST_CHORD_SHARE * chord))
         return {
             "sources": sources.report(),

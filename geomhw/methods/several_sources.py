@@ -69,11 +69,11 @@ def held_distance(flow: HeatFlow, spread: Floats, start: Floats, reached: Ints) 
     return np.asarray(phi + LaplaceSolver(flow.stiffness, free, flow.solver)(-spread - flow.stiffness @ phi))
 
 
-def chord_to_nearest(mesh: TriangleMesh, sources: Sources, vertices: Ints) -> Floats:
+def chord_to_nearest(mesh: TriangleMesh, sources: Sources, vertices: Ints | slice = slice(None)) -> Floats:
     """Straight through space from these vertices to the nearest source, (k,): no path on the surface is shorter."""
     places = sources.positions(mesh)
     if len(places) == 1:
-        return lengths(mesh.vertices[vertices] - places)
+        return lengths(np.subtract(mesh.vertices[vertices].T, places.T, order="C").T)
     from scipy.spatial import KDTree
 
     return np.asarray(KDTree(places).query(mesh.vertices[vertices])[0])

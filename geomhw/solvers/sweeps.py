@@ -18,7 +18,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from geomhw.errors import ConvergenceError
-from geomhw.mesh.arrays import Floats, Ints, dot, pieces
+from geomhw.mesh.arrays import Floats, Ints, dot
 from geomhw.solvers.wavefront import LogValues
 
 #: Width of a block, in lengths √t,
@@ -97,8 +97,9 @@ class _Blocks:
         #: A relaxed sweep is one of Gauss and Seidel with the diagonal over ω, and the rest of it kept as it was.
         self._kept = (1.0 - 1.0 / omega) * self._matrix.diagonal()
         self._matrix.setdiag(self._matrix.diagonal() / omega)
-        #: For each unknown, the first that heat comes to of itself and its neighbors.
+        #: For each unknown, the first and the last that heat comes to of itself and its neighbors.
         self._before = self._matrix.indices[self._matrix.indptr[:-1]]
+        self._after = self._matrix.indices[self._matrix.indptr[1:] - 1]
         n, kind = len(travel), np.result_type(matrix.dtype, rhs.dtype, float)
         self._rhs = rhs[self.order].astype(kind)
         self.v, self._sides, self._moved = np.zeros((3, n), dtype=kind)
@@ -115,10 +116,11 @@ class _Blocks:
 
     def rate(self, low: int, high: int) -> float:
         """By how much -log u grows with travel on the way to low to high, at least squares; 0 if that is unknown."""
-        here = np.arange(low, high)
         before = self._before[low:high]
-        ahead = self.travel[here] - self.travel[before]
-        growth = self._decay(here) - self._decay(before)
+        ahead = self.travel[low:high] - self.travel[before]
+        first = before.min()
+        decay = self._decay(first, high)
+        growth = decay[low - first :] - decay[before - first]
         told = np.isfinite(growth)
         width = dot(ahead[told], ahead[told])
         return min(max(dot(growth[told], ahead[told]) / width, 0.1), 3.0) if width > 0 else 0.0
@@ -128,13 +130,17 @@ class _Blocks:
         if not low:
             self.expect(self.travel[:high], low, high)
             return
-        origin = self._before[low:high]
-        while not ((further := np.where(origin < low, origin, origin[np.maximum(origin - low, 0)])) == origin).all():
-            origin = further
-        decay = self._decay(origin)
-        lost = (origin >= low) | ~np.isfinite(decay)
-        origin, decay = np.where(lost, low - 1, origin), np.where(lost, self._decay(low - 1), decay)
-        self.expect(decay + rate * (self.travel[low:high] - self.travel[origin]), low, high)
+        origin = self._before[low:high].copy()
+        within = np.flatnonzero(origin >= low)
+        while within.size:
+            former = origin[within]
+            origin[within] = further = origin[former - low]
+            within = within[(further != former) & (further >= low)]
+        first = origin.min()
+        decay = self._decay(first, low)
+        origin[(origin >= low) | ~np.isfinite(decay[np.minimum(origin, low - 1) - first])] = low - 1
+        ahead = self.travel[low:high] - self.travel[origin]
+        self.expect(decay[origin - first] + rate * ahead, low, high)
         self.v[low:high] = np.sign(self.v[origin]) * self.typical[low:high]
 
     def expect(self, decay: Floats, low: int, high: int) -> None:
@@ -143,10 +149,10 @@ class _Blocks:
         self.steps[low:high] = steps
         self.typical[low:high] = np.exp(STEP * steps - decay)
 
-    def _decay(self, at: Ints | int) -> Floats:
-        """-log u."""
+    def _decay(self, low: int, high: int) -> Floats:
+        """-log u, of the unknowns low to high."""
         with np.errstate(divide="ignore"):
-            return np.asarray(STEP * self.steps[at] - np.log(np.abs(self.v[at])))
+            return np.asarray(STEP * self.steps[low:high] - np.log(np.abs(self.v[low:high])))
 
     def settle(self, former: int, low: int, high: int) -> None:
         """Solve for the unknowns low to high, and again for the last ones from ``former`` on, with all others held."""
@@ -155,12 +161,17 @@ class _Blocks:
         self._sides[low:high] = self._rhs[low:high]
         hot = low + np.flatnonzero(self._rhs[low:high])
         self._sides[hot] *= np.exp(STEP * self.steps[hot])
-        again = int(np.searchsorted(self.travel, self.travel[low] - OVERLAP))
-        self._relax(max(former, again), high)
+        self._relax(self._again(former, low), high, self._again(low, high))
 
-    def _relax(self, low: int, high: int) -> None:
-        """Sweep over the unknowns low to high until they stay as they are."""
-        here, typical = self.v[low:high], self.typical[low:high]
+    def _again(self, low: int, high: int) -> int:
+        """From where on the unknowns low to high are solved for once more, with those that come next."""
+        if high == len(self.travel):
+            return high
+        return max(low, int(np.searchsorted(self.travel, self.travel[high] - OVERLAP)))
+
+    def _relax(self, low: int, high: int, last: int) -> None:
+        """Sweep over the unknowns low to high until those before the last stay as they are."""
+        here, typical = self.v[low:last], self.typical[low:last]
         done, until = 0, max(self._needed - BETWEEN, BETWEEN)
         while done < MAX_SWEEPS:
             for _ in range(done + 1, until):
@@ -170,7 +181,7 @@ class _Blocks:
             done, until = until, until + BETWEEN
             old -= here
             size, change = np.abs(here) / typical, np.abs(old) / typical
-            largest = size.max()
+            largest = size.max(initial=0.0)
             if (change <= TOLERANCE * (size + SMALL * largest)).all():
                 self._needed = done
                 return
@@ -180,7 +191,16 @@ class _Blocks:
 
     def _scale(self, low: int, high: int, first: int, last: int) -> None:
         """Bring entries of rows low to high, in columns first to last, from the equations for u to those for v."""
-        A = self._matrix
+        if low == high:
+            return
+        A, before, after = self._matrix, self._before[low:high], self._after[low:high]
+        # Most rows are far from any two neighbors in different steps.
+        reach = slice(before.min(), min(after.max() + 1, last))
+        changes = reach.start + np.flatnonzero(np.diff(self.steps[reach]))
+        if not changes.size:
+            return
+        rows = low + np.flatnonzero((before <= changes[-1]) & (after > changes[0]))
+        low, high = rows[0], rows[-1] + 1
         within = slice(A.indptr[low], A.indptr[high])
         columns = A.indices[within]
         steps = np.repeat(self.steps[low:high], np.diff(A.indptr[low : high + 1])) - self.steps[columns]
@@ -198,29 +218,25 @@ class _Blocks:
     def finish(self) -> None:
         """Sweep again where v does not solve its equations: where heat comes from further on, as it may where fronts
         meet. ConvergenceError if that does not help."""
-        A, n = self._matrix, len(self.v)
         for former, low, high in self.bounds():
-            if (A.indices[A.indptr[former + 1 : low + 1] - 1] >= high).any():
-                self._scale(former, low, high, n)
+            if (self._after[former:low] >= high).any():
+                self._scale(former, low, high, len(self.v))
         for _ in range(MAX_ROUNDS):
             wrong = self._wrong()
             if not wrong.any():
                 return
             for former, _, high in reversed(list(self.bounds())):
                 if wrong[former:high].any():
-                    self._relax(former, high)
+                    self._relax(former, high, high)
         raise ConvergenceError(NO_END)
 
     def _wrong(self) -> NDArray[np.bool_]:
         """Unknowns whose equations do not hold, (n,)."""
-        A, n = self._matrix, len(self.v)
-        wrong = np.zeros(n, dtype=bool)
-        for rows in pieces(n):
-            within = slice(A.indptr[rows.start], A.indptr[rows.stop])
-            terms = A.data[within] * self.v[A.indices[within]]
-            starts = A.indptr[rows] - A.indptr[rows.start]
-            left = np.add.reduceat(terms, starts) + self._kept[rows] * self.v[rows] - self._sides[rows]
-            wrong[rows] = ~(np.abs(left) <= RESIDUAL * np.add.reduceat(np.abs(terms), starts))
+        A, v = self._matrix, self.v
+        left = np.abs(A @ v + self._kept * v - self._sides)
+        wrong = ~(left <= RESIDUAL * np.abs(A.diagonal() * v))
+        if wrong.any():  # mostly, one term tells
+            wrong[wrong] = ~(left[wrong] <= RESIDUAL * (abs(A[wrong]) @ np.abs(v)))
         return wrong
 
     def in_given_order(self, values: NDArray[Any]) -> NDArray[Any]:
