@@ -76,6 +76,7 @@ def test_real_meshes(name: str, time: str) -> None:
 
 def test_heat_step_is_solved(mesh: TriangleMesh) -> None:
     """(M + tS) u is one at the source and zero elsewhere; u sums to one against the mass; directions are unit."""
+    from geomhw.operators.gradient import gradient_of
     from geomhw.operators.laplacian import lumped_mass, stiffness
 
     solver = HeatDistance(mesh, "h2")
@@ -85,6 +86,8 @@ def test_heat_step_is_solved(mesh: TriangleMesh) -> None:
     residual[0] -= 1
     assert np.abs(residual).max() < 1e-12
     assert (lumped_mass(mesh) @ u).sum() == pytest.approx(1, rel=1e-12)
+    gradients = gradient_of(mesh, u)
+    np.testing.assert_allclose(result["heat_gradient"], gradients, rtol=0, atol=1e-12 * np.abs(gradients).max())
     reached = np.isin(mesh.components, mesh.components[0])[mesh.faces[:, 0]]
     lengths = np.linalg.norm(result["direction"], axis=1)
     flat = np.ptp(u[mesh.faces], axis=1) <= 1e-12 * u[mesh.faces].max(axis=1)  # no way is down: no direction

@@ -6,6 +6,7 @@ from conftest import CLOSED, zoo_mesh
 
 from geomhw.errors import MeshError
 from geomhw.mesh.arrays import pieces, summed
+from geomhw.mesh.geometry import corner_sum
 from geomhw.mesh.primitives import grid, icosphere
 from geomhw.mesh.rings import OneRings
 from geomhw.mesh.topology import unique_edges
@@ -72,6 +73,15 @@ def test_edges_of_a_soup() -> None:
     np.testing.assert_array_equal(edges.face_counts, counts)
     upward = np.where(pairs[:, 0] < pairs[:, 1], 1, -1)
     np.testing.assert_array_equal(edges.orientation_sums, np.bincount(which.ravel(), upward))
+
+
+def test_sums_at_corners() -> None:
+    """What is the same at all corners of a face, given once, sums to what it does given at each."""
+    mesh = icosphere(2)
+    values = np.random.default_rng(2).normal(size=mesh.n_faces)
+    expected = np.bincount(mesh.faces.ravel(), np.repeat(values, 3))
+    for given in (values, values[:, None], np.repeat(values[:, None], 3, axis=1)):
+        np.testing.assert_allclose(corner_sum(given, mesh.faces, mesh.n_vertices), expected, rtol=0, atol=1e-13)
 
 
 def test_sums_at_places() -> None:
@@ -185,6 +195,9 @@ def test_degeneracy_is_scale_free(factor: float) -> None:
     assert TriangleMesh(thin * factor, [[0, 1, 2]]).degenerate_faces.size == 0
     flat = np.array([[0, 0, 0], [1, 0, 0], [0.5, 0, 0]])
     assert TriangleMesh(flat * factor + 0.1 * factor, [[0, 1, 2]]).degenerate_faces.tolist() == [0]
+    rounded = TriangleMesh((np.outer([0, 1, 0.3], [0.3, 0.7, 0.1]) + 0.1) * factor, [[0, 1, 2]])
+    assert rounded.face_areas[0] > 0
+    assert rounded.degenerate_faces.tolist() == [0]
 
 
 @pytest.mark.parametrize(

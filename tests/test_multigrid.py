@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 from conftest import ZOO, needs_reference, reference, zoo_mesh
+from hypothesis import given
+from hypothesis import strategies as st
 
 from geomhw.errors import ConvergenceError, FieldError
 from geomhw.io import read_mesh
@@ -22,7 +24,14 @@ from geomhw.solvers.choice import LaplaceSolver
 from geomhw.solvers.direct import DirectSolver
 from geomhw.solvers.grounding import balanced, free_unknowns
 from geomhw.solvers.multigrid import MultigridSolver
-from geomhw.solvers.sweeps import MOST_RELAXED, over_relaxation, solve_by_sweeps, solve_scaled_by_sweeps
+from geomhw.solvers.sweeps import (
+    MOST_RELAXED,
+    _Blocks,
+    _order,
+    over_relaxation,
+    solve_by_sweeps,
+    solve_scaled_by_sweeps,
+)
 from geomhw.solvers.wavefront import solve_scaled
 
 
@@ -304,6 +313,26 @@ def test_heat_from_further_on(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("geomhw.solvers.sweeps.MAX_ROUNDS", 1)
     with pytest.raises(ConvergenceError, match="--solver direct"):
         solve_by_sweeps(flow.matrix, impulse, travel, flow.relaxation)
+
+
+def test_an_equation_holds_beside_its_own_terms() -> None:
+    """What is left of an equation is measured by all of its terms: its unknown may be nearly zero."""
+    A = sp.csr_array(np.array([[2.0, -1, 0], [-1, 2, -1], [0, -1, 2]]))
+    blocks = _Blocks(A, np.array([2.0, 1e-12, -2.0]), np.arange(3.0), 1.0)
+    blocks._sides[:] = blocks._rhs
+    blocks.v[:] = [1.0, 1e-14, -1.0]
+    assert not blocks._wrong().any()
+    blocks.v[:] = [1.0, 1e-14, -1.001]
+    np.testing.assert_array_equal(blocks._wrong(), [False, True, True])
+
+
+@given(st.lists(st.floats(0, width=32)))
+def test_order_of_arrival(values: list[float]) -> None:
+    """Stable, and right for all that single precision has: zeros, tiny numbers, infinity."""
+    array = np.array(values + values[::-1], dtype=np.float32)
+    np.testing.assert_array_equal(_order(array), np.argsort(array, kind="stable"))
+    near = np.random.default_rng(0).permutation(np.arange(2**30 - 2**17, 2**30 + 2**17, 97, dtype=np.uint32))
+    np.testing.assert_array_equal(_order(near.view(np.float32)), np.argsort(near, kind="stable"))
 
 
 def test_what_is_no_solution_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:

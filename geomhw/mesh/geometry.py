@@ -108,8 +108,10 @@ def corner_dots(edges: Floats) -> Floats:
 
 def corner_sum(values: Floats, faces: Ints, size: int) -> Floats:
     """Sum at each vertex of values given per corner, (m, 3) or, the same at all three corners, (m,)."""
-    weights = np.broadcast_to(values.reshape(len(faces), -1), faces.shape)
-    return summed(weights.ravel(), faces.ravel(), size)
+    columns = values.reshape(len(faces), -1)
+    if columns.shape[1] == 1:
+        return np.asarray(sum(summed(columns[:, 0], corner, size) for corner in faces.T))
+    return summed(columns.ravel(), faces.ravel(), size)
 
 
 def vector_sum(vectors: Floats, faces: Ints, size: int, signs: Ints | int = 1) -> Floats:
@@ -120,10 +122,14 @@ def vector_sum(vectors: Floats, faces: Ints, size: int, signs: Ints | int = 1) -
 def degenerate_faces(vertices: Floats, faces: Ints, edges: Floats, doubled_areas: Floats) -> Ints:
     """Faces whose height is lost in the rounding of the coordinates: their normal is noise."""
     rounding = ROUNDING_UNITS * np.finfo(float).eps
-    square = max(float(_squares(edges[piece]).max()) for piece in pieces(len(faces)))
     size = _largest(np.abs(vertices))
+    # Mostly, no single face need be looked at, for no edge is longer than the mesh,
+    if doubled_areas.min() > rounding * 4 * size.max() ** 2:
+        return np.empty(0, dtype=np.int64)
+    # nor than the longest one.
+    square = max(float(_squares(edges[piece]).max()) for piece in pieces(len(faces)))
     if doubled_areas.min() > rounding * np.sqrt(square) * size.max():
-        return np.empty(0, dtype=np.int64)  # mostly: no single face need be looked at
+        return np.empty(0, dtype=np.int64)
     # The coordinates of the largest corner are known to eps * size; a height below that may be zero or negative.
     longest = np.sqrt(_largest(_squares(edges)))
     return np.flatnonzero(doubled_areas <= rounding * longest * _largest(size[faces]))

@@ -96,9 +96,7 @@ class PolyhedralSurface(ABC):
     @cached_property
     def unreferenced_vertices(self) -> Ints:
         """Vertices that belong to no face, ascending."""
-        free = np.ones(self.n_vertices, dtype=bool)
-        free[self.faces] = False
-        return frozen(np.flatnonzero(free))
+        return frozen(np.flatnonzero(np.bincount(self.faces.ravel(), minlength=self.n_vertices) == 0))
 
     # -- edges and topology --------------------------------------------------------------------------------------------
 

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from geomhw.background import begun
 from geomhw.errors import ConvergenceError
 from geomhw.mesh.arrays import Floats, Ints, pieces
 from geomhw.mesh.curvature import angle_defects
@@ -26,7 +27,7 @@ from geomhw.methods.several_sources import chord_to_nearest, held_distance, know
 from geomhw.methods.sources import Sources, vertex_sources
 from geomhw.methods.time_step import TimeStep
 from geomhw.methods.unfolding import Unfolding
-from geomhw.operators.gradient import divergence_of, gradient_of, slopes_on
+from geomhw.operators.gradient import divergence_of, slopes_on
 from geomhw.results import Field, Result
 from geomhw.solvers.choice import LaplaceSolver, SolverName
 from geomhw.solvers.costs import Work
@@ -71,7 +72,11 @@ class HeatDistance:
         self.stages = Stages()
         self._refine = robust if refine is None else refine
         with self.stages("connectivity"):
+            # Areas do not wait for edges.
+            areas = None if robust else begun(lambda: (mesh.degenerate_faces, mesh.vertex_areas))
             self._single = single = distinct(mesh)
+            if areas:
+                areas.result()
         self.robust: RobustTriangulation | None = None
         if robust:
             with self.stages("triangulation"):
@@ -134,7 +139,7 @@ class HeatDistance:
             heat = self._flow.from_impulse(impulse, None if len(wanted.within_faces) else paths)
             reached = self._flow.reached(impulse)
         with stage("directions and divergence"):
-            directions = _directions(self._domain, heat, wanted.vertices)
+            gradients, directions = _slopes(self._domain, heat, wanted.vertices)
             spread = divergence_of(self._domain, directions)
         with stage("distance"):
             distance = self._distance(spread, wanted, start, reached, heat)
@@ -144,13 +149,12 @@ class HeatDistance:
                 distance, raised = self._unfolded(wanted, distance), {}
         with stage("results"):
             if self._domain is not mesh:
-                directions = _directions(mesh, heat, wanted.vertices)
-            u = heat.plain
+                gradients, directions = _slopes(mesh, heat, wanted.vertices)
             fields = [
-                Field("heat", "vertex", u),
+                Field("heat", "vertex", heat.plain),
                 Field("divergence", "vertex", spread),
                 Field("distance", "vertex", distance),
-                Field("heat_gradient", "face", gradient_of(mesh, u, zero_without_area=True)),
+                Field("heat_gradient", "face", gradients),
                 Field("direction", "face", directions),
             ]
             return Result(mesh, fields, self._report(wanted, distance) | raised)
@@ -254,21 +258,23 @@ class HeatDistance:
         }
 
 
-def _directions(surface: PolyhedralSurface, heat: LogValues, vertices: Ints) -> Floats:
-    """-∇u/|∇u| per face, (m, 3); zero where u is flat but for rounding, as between three source vertices."""
+def _slopes(surface: PolyhedralSurface, heat: LogValues, vertices: Ints) -> tuple[Floats, Floats]:
+    """∇u and -∇u/|∇u| per face, (m, 3) each; the latter zero where u is flat but for rounding, as between three source
+    vertices."""
     named = np.zeros(surface.n_vertices, dtype=bool)
     named[vertices] = True
-    directions = np.empty((3, surface.n_faces)).T
+    gradients, directions = np.empty((2, 3, surface.n_faces)).transpose(0, 2, 1)
     for faces in pieces(surface.n_faces):
-        slopes = _slopes(surface, faces, heat)
+        slopes, scale = _scaled_slopes(surface, faces, heat)
+        np.multiply(slopes, np.exp(scale)[:, None], out=gradients[faces])
         flat = lengths(slopes) * np.sqrt(surface.face_areas[faces]) < LEVEL
         slopes[flat | at_corners(named, surface.faces[faces]).all(axis=1)] = 0.0
         directions[faces] = unit(np.negative(slopes, out=slopes))
-    return directions
+    return gradients, directions
 
 
-def _slopes(surface: PolyhedralSurface, faces: slice, heat: LogValues) -> Floats:
-    """∇u on some faces, (k, 3), each up to a positive factor of its own: u is scaled face by face to order one."""
+def _scaled_slopes(surface: PolyhedralSurface, faces: slice, heat: LogValues) -> tuple[Floats, Floats]:
+    """exp(-s) ∇u on some faces, (k, 3), and s, (k,): u is scaled face by face to order one."""
     corners = at_corners(heat.log, surface.faces[faces])
     a, b, c = corners.T
     largest = np.maximum(np.maximum(a, b), c)
@@ -278,7 +284,7 @@ def _slopes(surface: PolyhedralSurface, faces: slice, heat: LogValues) -> Floats
     corners -= largest[:, None]
     relative = np.exp(corners, out=corners)
     relative *= at_corners(heat.sign, surface.faces[faces])
-    return slopes_on(surface, faces, relative)
+    return slopes_on(surface, faces, relative), largest
 
 
 def heat_distance(

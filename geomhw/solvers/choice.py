@@ -1,20 +1,19 @@
 """Which solver: one front door for systems that are solved for few right-hand sides."""
 
+from concurrent.futures import Future
 from functools import cached_property
-from typing import TYPE_CHECKING, Literal, get_args
+from typing import Literal, get_args
 
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from geomhw.background import begun
 from geomhw.errors import ConvergenceError, FieldError
 from geomhw.mesh.arrays import Floats
 from geomhw.solvers.costs import ONE, Kind, Work, cheapest, seconds
 from geomhw.solvers.direct import DirectSolver
 from geomhw.solvers.multigrid import MultigridSolver
-
-if TYPE_CHECKING:
-    from concurrent.futures import Future
 
 #: auto is what is cheapest for the work to come.
 SolverName = Literal["auto", "multigrid", "direct"]
@@ -54,14 +53,9 @@ class LaplaceSolver:
     def begin(self) -> None:
         """Set up multigrid, where that is to come, on another core, while the caller goes on with something else."""
         if self._iterate and not self._begun:
-            from concurrent.futures import ThreadPoolExecutor
+            import pyamg.aggregation  # noqa: F401  for both threads
 
-            # Here, for two threads that import the same at once may find half of it: both need pyamg.
-            import pyamg.aggregation  # noqa: F401
-
-            worker = ThreadPoolExecutor(1)
-            self._begun = worker.submit(MultigridSolver, self._matrix, self._free)
-            worker.shutdown(wait=False)
+            self._begun = begun(lambda: MultigridSolver(self._matrix, self._free))
 
     @cached_property
     def _direct(self) -> DirectSolver:
