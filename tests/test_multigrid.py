@@ -319,7 +319,6 @@ def test_an_equation_holds_beside_its_own_terms() -> None:
     """What is left of an equation is measured by all of its terms: its unknown may be nearly zero."""
     A = sp.csr_array(np.array([[2.0, -1, 0], [-1, 2, -1], [0, -1, 2]]))
     blocks = _Blocks(A, np.array([2.0, 1e-12, -2.0]), np.arange(3.0), 1.0)
-    blocks._sides[:] = blocks._rhs
     blocks.v[:] = [1.0, 1e-14, -1.0]
     assert not blocks._wrong().any()
     blocks.v[:] = [1.0, 1e-14, -1.001]

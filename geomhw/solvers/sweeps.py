@@ -105,10 +105,10 @@ class _Blocks:
         self._before = self._matrix.indices[self._matrix.indptr[:-1]]
         self._after = self._matrix.indices[self._matrix.indptr[1:] - 1]
         n, kind = len(travel), np.result_type(matrix.dtype, rhs.dtype, float)
-        self._rhs = rhs[self.order].astype(kind)
-        self.v, self._sides, self._moved = np.zeros((3, n), dtype=kind)
+        self._sides = rhs[self.order].astype(kind)
+        self.v, self._moved = np.zeros((2, n), dtype=kind)
         self._needed = 0  # sweeps, in the last block
-        self.steps, self.typical = np.zeros(n, dtype=np.int64), np.zeros(n)
+        self.steps, self.typical = np.zeros(n, dtype=np.int32), np.zeros(n)
 
     def bounds(self) -> Iterator[tuple[int, int, int]]:
         """Where the block before starts, and this one, and where it ends."""
@@ -161,8 +161,7 @@ class _Blocks:
         """Solve for the unknowns low to high, and again for the last ones from ``former`` on, with all others held."""
         self._scale(former, low, low, high)
         self._scale(low, high, 0, high)
-        self._sides[low:high] = self._rhs[low:high]
-        hot = low + np.flatnonzero(self._rhs[low:high])
+        hot = low + np.flatnonzero(self._sides[low:high])
         self._sides[hot] *= np.exp(STEP * self.steps[hot])
         self._relax(self._again(former, low), high, self._again(low, high))
 
