@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from geomhw.errors import ConvergenceError
 from geomhw.mesh.arrays import Floats, dot
+from geomhw.solvers.gauss_seidel import diagonal_first, sweep
 from geomhw.solvers.superlu import SuperLU
 from geomhw.solvers.threads import single_threaded
 
@@ -39,10 +40,10 @@ class MultigridSolver:
     def __init__(self, matrix: sp.csr_array, free: NDArray[np.bool_] | None = None) -> None:
         self._size = matrix.shape[0]
         self._free = np.arange(self._size) if free is None else np.flatnonzero(free)
-        self._matrix = matrix.copy() if free is None else matrix[self._free][:, self._free]
+        self._matrix = sp.csr_matrix(matrix.copy() if free is None else matrix[self._free][:, self._free])
         self._matrix.sort_indices()  # one order of work, whatever the history of the matrix
         if self._free.size:
-            self._cycle = _Cycle(sp.csr_matrix(self._matrix))
+            self._cycle = _Cycle(self._matrix)
 
     def __call__(self, rhs: Floats, guess: Floats | None = None) -> Floats:
         """x, (n,), zero where not free; ConvergenceError if the iteration stops short.
@@ -117,9 +118,11 @@ class _Cycle:
             weights = (OMEGA / np.maximum(np.asarray(abs(A).sum(axis=1)).ravel(), np.finfo(float).tiny))[:, None]
             P = sp.csr_matrix(joined - (A @ joined).multiply(weights))
             R = P.T.tocsr()
+            coarse = sp.csr_matrix(R @ A @ P)
+            coarse.sort_indices()
+            diagonal_first(A)
             self._levels.append((A, P, R))
-            A = sp.csr_matrix(R @ A @ P)
-            A.sort_indices()
+            A = coarse
         self._coarsest = SuperLU(A)
 
     def __call__(self, b: Floats, level: int = 0) -> Floats:
@@ -128,21 +131,14 @@ class _Cycle:
             return self._coarsest(b)
         A, P, R = self._levels[level]
         x = np.zeros_like(b)
-        _smooth(A, x, b, 0, len(b), 1)
+        sweep(A, x, b, 0, len(b))
         rest = R @ (b - A @ x)
         coarse = self(rest, level + 1)
         if level + 1 < len(self._levels):
             coarse += self(rest - self._levels[level + 1][0] @ coarse, level + 1)
         x += P @ coarse
-        _smooth(A, x, b, len(b) - 1, -1, -1)
+        sweep(A, x, b, len(b) - 1, -1, -1)
         return x
-
-
-def _smooth(A: sp.csr_matrix, x: Floats, b: Floats, first: int, last: int, step: int) -> None:
-    """A sweep of Gauss and Seidel, in place."""
-    from pyamg.amg_core import gauss_seidel
-
-    gauss_seidel(A.indptr, A.indices, A.data, x, b, first, last, step)
 
 
 def _norm(vector: Floats) -> float:
