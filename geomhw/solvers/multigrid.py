@@ -110,7 +110,7 @@ class _Cycle:
     def __init__(self, A: sp.csr_matrix) -> None:
         from pyamg.aggregation import standard_aggregation
 
-        self._levels: list[tuple[sp.csr_matrix, sp.csr_matrix, sp.csr_matrix]] = []
+        self._levels: list[tuple[sp.csr_matrix, sp.csc_matrix, sp.csr_matrix]] = []
         while A.shape[0] > COARSEST:
             joined = standard_aggregation(A)[0].astype(float)
             if not joined.nnz or joined.shape[1] >= A.shape[0]:  # unknowns without neighbors are not joined
@@ -121,7 +121,7 @@ class _Cycle:
             coarse = sp.csr_matrix(R @ A @ P)
             coarse.sort_indices()
             diagonal_first(A)
-            self._levels.append((A, P, R))
+            self._levels.append((A, R.T, R))  # one array for both
             A = coarse
         self._coarsest = SuperLU(A)
 
