@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -22,8 +23,10 @@ from geomhw.operators.connection import Connection
 from geomhw.operators.laplacian import stiffness
 from geomhw.solvers.choice import LaplaceSolver
 from geomhw.solvers.direct import DirectSolver
+from geomhw.solvers.gauss_seidel import diagonal_first, sweep
 from geomhw.solvers.grounding import balanced, free_unknowns
 from geomhw.solvers.multigrid import MultigridSolver
+from geomhw.solvers.permutation import permuted
 from geomhw.solvers.sweeps import (
     MOST_RELAXED,
     _Blocks,
@@ -323,6 +326,20 @@ def test_an_equation_holds_beside_its_own_terms() -> None:
     assert not blocks._wrong().any()
     blocks.v[:] = [1.0, 1e-14, -1.001]
     np.testing.assert_array_equal(blocks._wrong(), [False, True, True])
+
+
+def test_rows_in_another_order() -> None:
+    """Entries and rows go along; then the diagonal comes first in each row that has one, and the rest is in order."""
+    dense = np.array([[1.0, 2, 0, 3], [4, 5, 0, 0], [0, 0, 0, 6], [7, 0, 8, 9]])
+    A = permuted(sp.csr_array(dense), np.array([3, 1, 0, 2]))
+    expected = dense[[3, 1, 0, 2]][:, [3, 1, 0, 2]]
+    np.testing.assert_array_equal(A.toarray(), expected)
+    diagonal_first(A)
+    np.testing.assert_array_equal(A.toarray(), expected)
+    assert [A.indices[a:b].tolist() for a, b in pairwise(A.indptr)] == [[0, 2, 3], [1, 2], [2, 0, 1], [0]]
+    x = np.array([1.0, 2.0, 3.0, 0.0])
+    sweep(A, x, np.ones(4), 2, -1, -1)
+    np.testing.assert_allclose(x, [43 / 9, 5.0, -6.0, 0.0], rtol=1e-14)
 
 
 @given(st.lists(st.floats(0, width=32)))

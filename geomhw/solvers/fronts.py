@@ -23,6 +23,7 @@ from geomhw.errors import ConvergenceError
 from geomhw.mesh.arrays import Ints
 from geomhw.solvers.dissection import Dissection
 from geomhw.solvers.factorization import NO_SOLUTION, NOT_DEFINITE
+from geomhw.solvers.permutation import permuted
 
 Matrix = NDArray[Any]
 
@@ -56,7 +57,7 @@ class _Structure:
         rank[heap] = np.arange(len(heap))
         sizes = np.bincount(rank[tree.nodes], minlength=len(heap))
         starts = np.append(0, np.cumsum(sizes))
-        lower = sp.tril(sp.csr_array(matrix[order][:, order])).tocoo()
+        lower = sp.tril(permuted(matrix, order)).tocoo()
         r, c = (places.astype(np.int64) for places in lower.coords)
         owner = np.repeat(np.arange(len(heap)), sizes)
         parents = np.append(rank[heap[:-1] // 2], len(heap) - 1)
