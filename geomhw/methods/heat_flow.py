@@ -64,9 +64,9 @@ class HeatFlow:
         self._inside[mesh.boundary_vertices if rim is None else rim] = False
         self.boundary: Boundary = boundary if (self._inside != self.surface).any() else "neumann"
 
-    @cached_property
-    def matrix(self) -> Any:
-        """M + tS, (n, n), units length², symmetric positive definite on vertices that have faces."""
+    @property
+    def matrix(self) -> sp.csr_array:
+        """M + tS, (n, n), not kept, units length², symmetric positive definite on vertices that have faces."""
         S = self.stiffness
         A = sp.csr_array((self.time.t * S.data, S.indices, S.indptr), shape=S.shape)
         A.setdiag(A.diagonal() + self.mesh.vertex_areas)
@@ -85,8 +85,8 @@ class HeatFlow:
     @cached_property
     def relaxation(self) -> float:
         """ω by which sweeps settle soonest, as `over_relaxation` finds it."""
-        there = self.surface
-        return over_relaxation(self.mesh.vertex_areas[there], self.matrix.diagonal()[there])
+        masses = self.mesh.vertex_areas[self.surface]
+        return over_relaxation(masses, masses + self.time.t * self.stiffness.diagonal()[self.surface])
 
     @cached_property
     def _components_inside(self) -> Ints:
@@ -158,8 +158,8 @@ class HeatFlow:
         where = np.flatnonzero(there)
         if self.iterates and len(where):
             try:
-                A = self.matrix if len(where) == len(there) else self.matrix[where][:, where]
-                return self._elsewhere_none(solve_by_sweeps(A, impulse[where], travel(), self.relaxation), where)
+                found = solve_by_sweeps(self._matrix_of(where), impulse[where], travel(), self.relaxation)
+                return self._elsewhere_none(found, where)
             except ConvergenceError:
                 if self.solver == "multigrid":
                     raise
@@ -168,7 +168,7 @@ class HeatFlow:
             u = self._solver(free is self.surface)(impulse)
         if in_reach(u[there]):
             return LogValues.of(u)
-        A, away = self.matrix[where][:, where], travel()
+        A, away = self._matrix_of(where), travel()
         try:
             found = solve_decaying(A, impulse[where], u[where], away)
         except ConvergenceError:  # heat that decays here and there at different rates
@@ -176,6 +176,10 @@ class HeatFlow:
                 raise
             found = solve_by_sweeps(A, impulse[where], away, self.relaxation)
         return self._elsewhere_none(found, where)
+
+    def _matrix_of(self, where: Ints) -> sp.csr_array:
+        A = self.matrix
+        return A if len(where) == len(self.surface) else A[where][:, where]
 
     def scaled(self, matrix: sp.csr_array, rhs: NDArray[Any], potential: Floats) -> NDArray[Any]:
         """v = exp(p) u for A u = b, as `wavefront.solve_scaled`, where b diffuses as heat does and p = -log of that."""

@@ -26,11 +26,11 @@ def source_heat(flow: HeatFlow, sources: Sources) -> Floats:
     impulse = sources.impulse(n)
     if len(np.unique(flow.mesh.components[vertices])) == len(vertices):
         return impulse
-    held = np.zeros(n)
+    held, A = np.zeros(n), flow.matrix
     held[vertices] = 1.0
     with np.errstate(under="ignore"):
-        u = held + LaplaceSolver(flow.matrix, flow.surface & (held == 0), flow.solver)(-(flow.matrix @ held))
-    shares = (flow.matrix @ u)[vertices]
+        u = held + LaplaceSolver(A, flow.surface & (held == 0), flow.solver)(-(A @ held))
+    shares = (A @ u)[vertices]
     impulse = sources.within_faces.impulse(n)
     impulse[vertices] += shares / shares.mean()
     return impulse

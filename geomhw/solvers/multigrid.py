@@ -108,17 +108,12 @@ class _Cycle:
     """
 
     def __init__(self, A: sp.csr_matrix) -> None:
-        from pyamg.aggregation import standard_aggregation
-
         self._levels: list[tuple[sp.csr_matrix, sp.csc_matrix, sp.csr_matrix]] = []
         while A.shape[0] > COARSEST:
-            joined = standard_aggregation(A)[0].astype(float)
-            if not joined.nnz or joined.shape[1] >= A.shape[0]:  # unknowns without neighbors are not joined
+            R = _restriction(A)
+            if not R.nnz or R.shape[0] >= A.shape[0]:  # unknowns without neighbors are not joined
                 break
-            weights = (OMEGA / np.maximum(np.asarray(abs(A).sum(axis=1)).ravel(), np.finfo(float).tiny))[:, None]
-            P = sp.csr_matrix(joined - (A @ joined).multiply(weights))
-            R = P.T.tocsr()
-            coarse = sp.csr_matrix(R @ A @ P)
+            coarse = sp.csr_matrix(R @ A @ R.T)
             coarse.sort_indices()
             diagonal_first(A)
             self._levels.append((A, R.T, R))  # one array for both
@@ -139,6 +134,16 @@ class _Cycle:
         x += P @ coarse
         sweep(A, x, b, len(b) - 1, -1, -1)
         return x
+
+
+def _restriction(A: sp.csr_matrix) -> sp.csr_matrix:
+    """From residuals to those of joined unknowns, (coarse, n): the transpose of (1 - ω A) J, ω by Gershgorin."""
+    from pyamg.aggregation import standard_aggregation
+
+    joined = standard_aggregation(A)[0].astype(float)
+    sizes = sp.csr_matrix((np.abs(A.data), A.indices, A.indptr), shape=A.shape) @ np.ones(A.shape[0])
+    omega = OMEGA / np.maximum(sizes, np.finfo(float).tiny)
+    return sp.csr_matrix(joined - (A @ joined).multiply(omega[:, None])).T.tocsr()
 
 
 def _norm(vector: Floats) -> float:

@@ -64,8 +64,8 @@ def solve_by_sweeps(matrix: sp.csr_array, rhs: Floats, travel: Floats, omega: fl
     rhs: (n,), zero but at the sources. travel: (n,), finite, zero at the sources, growing about like -log u. omega: as
     `over_relaxation` finds it. ConvergenceError where a block does not settle.
     """
-    blocks = _Blocks(matrix, rhs, travel, omega)
-    rate = 1.0
+    blocks, rate = _Blocks(matrix, rhs, travel, omega), 1.0
+    del matrix  # of no more use, and large
     for former, low, high in blocks.bounds():
         if low:
             rate = blocks.rate(former, low) or rate
