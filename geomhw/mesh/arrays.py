@@ -10,9 +10,10 @@ Floats = NDArray[np.float64]
 Ints = NDArray[Any]
 #: Faces, edges or rows in a piece.
 PIECE = 1 << 14
-#: glibc gives back to the kernel, page by page, whatever is freed, until an array of some size has been freed: from
-#: then on it keeps up to twice that. This is the largest that it goes by, and costs nothing, for it is never touched.
-np.empty((32 << 20) - (64 << 10), dtype=np.uint8)
+#: glibc gives what is freed back to the kernel, page by page, until an array of some size has been freed: from then on
+#: it keeps up to twice that, and hands it out again. This one costs nothing, for it is never touched. A larger one gains
+#: no more time, and costs memory.
+np.empty((8 << 20) - (64 << 10), dtype=np.uint8)
 
 
 def frozen(array: NDArray[Any]) -> NDArray[Any]:
