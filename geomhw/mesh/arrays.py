@@ -13,7 +13,7 @@ PIECE = 1 << 14
 #: glibc gives what is freed back to the kernel, page by page, until an array of some size has been freed: from then on
 #: it keeps up to twice that, and hands it out again. This one costs nothing, as it is never touched; a larger one would
 #: cost memory and gain no time.
-np.empty((8 << 20) - (64 << 10), dtype=np.uint8)
+np.empty((16 << 20) - (64 << 10), dtype=np.uint8)
 
 
 def frozen(array: NDArray[Any]) -> NDArray[Any]:
