@@ -1,5 +1,6 @@
 """Headers that promise more than a file holds, and entries that lie outside: refused for that reason, by name."""
 
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -64,14 +65,16 @@ def test_objects_are_not_loaded(tmp_path: Path) -> None:
         read_numpy((tmp_path / "a.npy").read_bytes())
 
 
-@pytest.mark.parametrize("field", ["real", "integer", "complex", "pattern"])
-@pytest.mark.parametrize("symmetry", ["general", "symmetric", "skew-symmetric", "hermitian"])
+@pytest.mark.parametrize(
+    ("field", "symmetry"),
+    [
+        *product(["real", "integer", "complex"], ["general", "symmetric", "skew-symmetric"]),
+        ("complex", "hermitian"),
+        *product(["pattern"], ["general", "symmetric"]),  # which has no sign
+    ],
+)
 def test_market_as_scipy_reads_it(tmp_path: Path, field: str, symmetry: str) -> None:
     """Every kind of Matrix Market file, beside scipy's reader."""
-    if (symmetry == "hermitian") != (field == "complex" and symmetry == "hermitian"):
-        pytest.skip("only complex matrices are Hermitian")
-    if field == "pattern" and symmetry == "skew-symmetric":
-        pytest.skip("a pattern has no sign")
     values = {"real": "0.5 -1e-3 7", "integer": "5 -1 7", "complex": "1;2 0;-1 3;0", "pattern": ". . ."}[field].split()
     places = ["2 1", "3 1", "3 2"] if symmetry == "skew-symmetric" else ["1 1", "2 1", "3 2"]
     if field == "complex" and symmetry == "hermitian":

@@ -40,13 +40,12 @@ def divergence(mesh: PolyhedralSurface) -> sp.csr_array:
     return (gradient(mesh).T * -np.repeat(mesh.face_areas / mesh.sheets, 3)).tocsr()
 
 
-def gradient_of(mesh: PolyhedralSurface, u: Floats, zero_without_area: bool = False) -> Floats:
+def gradient_of(mesh: PolyhedralSurface, u: Floats) -> Floats:
     """Gradient on each face, (m, 3), of the linear function with these values at vertices, (n,).
 
-    `gradient` without the matrix. A face without area has none: MeshError, or zero if that is asked for.
+    `gradient` without the matrix. MeshError if a face has no area.
     """
-    if not zero_without_area:
-        mesh.require_area()
+    mesh.require_area()
     slopes = np.empty((3, mesh.n_faces)).T
     for faces in pieces(mesh.n_faces):
         slopes[faces] = slopes_on(mesh, faces, at_corners(u, mesh.faces[faces]))
