@@ -5,16 +5,17 @@ from pathlib import Path
 
 import click
 
-from geomhw_cli import options, specs
-from geomhw_cli.job import Job
-from geomhw_cli.progress import progress
-from geomhw_cli.reel import Reel, reel_options
+from geomhw_cli import options
+from geomhw_cli.runtime.frame_writer import Reel, reel_options
+from geomhw_cli.runtime.job import Job
+from geomhw_cli.runtime.progress import progress
+from geomhw_cli.specs import fields
 
 
 @click.command(no_args_is_help=True, short_help="A color carried along a field: series and film.")
 @options.mesh_argument
-@click.option("--field", "field_spec", metavar="SPEC", default="rotation:x", show_default=True, help=specs.FIELD_HELP)
-@click.option("--color", "color_spec", metavar="SPEC", default="hue", show_default=True, help=specs.COLOR_HELP)
+@click.option("--field", "field_spec", metavar="SPEC", default="rotation:x", show_default=True, help=fields.FIELD_HELP)
+@click.option("--color", "color_spec", metavar="SPEC", default="hue", show_default=True, help=fields.COLOR_HELP)
 @click.option("--dt", metavar="T", type=float, default=0.0005, show_default=True, help="Time step.")
 @click.option("--steps", metavar="N", type=int, default=1980, show_default=True, help="Number of steps.")
 @click.option("--every", metavar="K", type=int, default=66, show_default=True, help="Steps from frame to frame.")
@@ -59,19 +60,19 @@ def advect(
     Example, one turn in five pictures:
       geomhw advect data/torus.off --field rigid:z --color x --dt 0.1 --steps 63 --every 16 --gif turn.gif
     """
-    from geomhw.methods.advection import FlowMap, frames
-    from geomhw.methods.tracers import Tracing
+    from geomhw.flow.flow_map import FlowMap, frames
+    from geomhw.flow.tracer_cloud import Tracing
     from geomhw.render.flow_pictures import contact_sheet, flow_film
 
-    inputs = specs.files_of(field_spec, color_spec)
+    inputs = fields.files_of(field_spec, color_spec)
     job = Job("advect", mesh_path, as_json=as_json, quiet=quiet)
     reel = Reel.plan(job, output, gif, mp4, png, csv, inputs)
     mesh = job.read()
     with job.stage("compute and write"), progress("advect") as bar, reel.behind:
-        flow = FlowMap(mesh, specs.field(field_spec, mesh), integrator)  # type: ignore[arg-type]
+        flow = FlowMap(mesh, fields.field(field_spec, mesh), integrator)  # type: ignore[arg-type]
         tracing = Tracing(mesh) if tracers else None
         carried = tracing.start(tracers) if tracing and tracers else None
-        for frame in frames(flow, specs.color(color_spec, mesh), dt, steps, every):
+        for frame in frames(flow, fields.color(color_spec, mesh), dt, steps, every):
             cloud = None
             if tracing and carried:
                 carried = tracing.step(carried, flow.field, frame.report["time"])

@@ -79,8 +79,8 @@ def compare(
     """
     import json
 
-    from geomhw.comparison import Ignored, Tolerance, compare_files
-    from geomhw.comparison.wording import lines
+    from geomhw.compare import Ignored, Tolerance, compare_files
+    from geomhw.compare.wording import lines
 
     if diff:
         _check_diff(diff, one, other)
@@ -108,7 +108,7 @@ def compare(
 
 def _check_diff(diff: Path, one: Path, other: Path) -> None:
     """That there are pictures, and that the picture of their difference can be written."""
-    from geomhw.comparison.files import kind_of
+    from geomhw.compare.files import kind_of
     from geomhw.io import check_outputs
 
     if kind_of(one) != "picture":
@@ -117,8 +117,8 @@ def _check_diff(diff: Path, one: Path, other: Path) -> None:
 
 
 def _write_diff(diff: Path, one: Path, other: Path, spot: float | None) -> None:
-    from geomhw.comparison.pictures import HEAVIEST_SPOT, difference_picture
-    from geomhw.io.image import read_png, write_png
+    from geomhw.compare.pictures import HEAVIEST_SPOT, difference_picture
+    from geomhw.io.artifacts.image import read_png, write_png
 
     limit = HEAVIEST_SPOT if spot is None else spot
     write_png(diff, difference_picture(read_png(one), read_png(other), limit))

@@ -6,15 +6,16 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from geomhw_cli import options, specs
-from geomhw_cli.job import Job
-from geomhw_cli.progress import progress
-from geomhw_cli.reel import Reel, reel_options
-from geomhw_cli.resume import resumed, save_state
+from geomhw_cli import options
+from geomhw_cli.runtime.frame_writer import Reel, reel_options
+from geomhw_cli.runtime.job import Job
+from geomhw_cli.runtime.progress import progress
+from geomhw_cli.runtime.resume import resumed, save_state
+from geomhw_cli.specs import fields
 
 if TYPE_CHECKING:
-    from geomhw.methods.fluid.run import Moment
-    from geomhw.methods.fluid.state import Force, Gauges, Scheme
+    from geomhw.fluid.run import Moment
+    from geomhw.fluid.state import Force, Gauges, Scheme
 
 FORCES = ("jet", "none")
 DEFAULT_DT = 0.0005
@@ -45,7 +46,7 @@ DEFAULT_STEPS = 1980
     metavar="SPEC",
     default="rotation:x",
     show_default=True,
-    help=f"Initial velocity, made free of divergence: {specs.FIELD_HELP}; or {specs.FLOW_HELP}.",
+    help=f"Initial velocity, made free of divergence: {fields.FIELD_HELP}; or {fields.FLOW_HELP}.",
 )
 @click.option(
     "--force",
@@ -55,7 +56,7 @@ DEFAULT_STEPS = 1980
     show_default=True,
     help="jet: (0.2 h/dt)(cos 0.2πt, sin 0.2πt, 0) near the top, tangential part; none: free flow.",
 )
-@click.option("--color", "color_spec", metavar="SPEC", default="hue", show_default=True, help=specs.COLOR_HELP)
+@click.option("--color", "color_spec", metavar="SPEC", default="hue", show_default=True, help=fields.COLOR_HELP)
 @click.option("--dt", metavar="T", type=float, help=f"Time step.  [default: {DEFAULT_DT}]")
 @click.option("--cfl", metavar="C", type=float, help="Instead: step by this Courant number, C h / largest speed.")
 @click.option("--steps", metavar="N", type=int, help=f"Last step.  [default: {DEFAULT_STEPS}]")
@@ -95,14 +96,14 @@ def fluid(
       geomhw fluid data/sphere.off --init random:1 --force none --cfl 1 --until 1 --every 6 --gif flow.gif
       geomhw fluid data/genus2.off --steps 40 --every 10 --csv energy.csv
     """
-    from geomhw.methods.fluid.run import run
-    from geomhw.methods.fluid.scheme import VorticityScheme
-    from geomhw.methods.fluid.state import Gauges
-    from geomhw.methods.fluid.traced import TracedScheme
+    from geomhw.fluid.run import run
+    from geomhw.fluid.state import Gauges
+    from geomhw.fluid.traced import TracedScheme
+    from geomhw.fluid.vorticity_scheme import VorticityScheme
     from geomhw.render.flow_pictures import contact_sheet, flow_film
 
     plan = _plan(choices)
-    inputs = specs.files_of(choices["init"], choices["color_spec"])
+    inputs = fields.files_of(choices["init"], choices["color_spec"])
     job = Job("fluid", mesh_path, as_json=as_json, quiet=quiet)
     reel = Reel.plan(job, output, gif, mp4, png, csv, inputs)
     mesh = job.read_agreeing()
@@ -113,8 +114,8 @@ def fluid(
         state = resumed(reel, mesh, restart, choices) if restart else None
         if state is None:
             model = untraced.model if isinstance(untraced, VorticityScheme) else None
-            velocity = specs.flow(choices["init"], mesh, model)
-            state = scheme.start(velocity, specs.color(choices["color_spec"], mesh))
+            velocity = fields.flow(choices["init"], mesh, model)
+            state = scheme.start(velocity, fields.color(choices["color_spec"], mesh))
     try:
         with job.stage("compute and write"), progress("fluid") as bar, reel.behind:
             for moment in run(scheme, state, plan, force):
@@ -136,7 +137,7 @@ def fluid(
 
 
 def _plan(choices: dict[str, Any]) -> Any:
-    from geomhw.methods.fluid.run import Plan
+    from geomhw.fluid.run import Plan
 
     for one, other in (("dt", "cfl"), ("steps", "until")):
         if choices[one] is not None and choices[other] is not None:
@@ -151,7 +152,7 @@ def _plan(choices: dict[str, Any]) -> Any:
 
 
 def _scheme(mesh: Any, choices: dict[str, Any]) -> "Scheme":
-    from geomhw.methods.fluid.schemes import scheme_of
+    from geomhw.fluid.schemes import scheme_of
 
     return scheme_of(
         mesh,
@@ -163,7 +164,7 @@ def _scheme(mesh: Any, choices: dict[str, Any]) -> "Scheme":
 
 
 def _force(mesh: Any, choices: dict[str, Any], dt: float | None) -> "Force | None":
-    from geomhw.methods.fluid.forces import top_jet
+    from geomhw.fluid.forces import top_jet
 
     return top_jet(mesh, dt) if choices["force_name"] == "jet" and dt else None
 
@@ -172,7 +173,7 @@ def _save(reel: Reel, scheme: "Scheme", gauges: "Gauges", moment: "Moment", choi
     """Hand over a frame, its line of the table and, where a run would pass that goes on, the state to restart from."""
     import numpy as np
 
-    from geomhw.methods.fluid.traced import TracedScheme
+    from geomhw.fluid.traced import TracedScheme
     from geomhw.results import Field, Result
 
     state = moment.state

@@ -7,10 +7,10 @@ from typing import Any
 import click
 
 from geomhw_cli import options
-from geomhw_cli.job import Job, robust_line
-from geomhw_cli.many import ManyJob, many_options
-from geomhw_cli.questions import Questions
-from geomhw_cli.sources import SourceSpecs, shortened, source_line
+from geomhw_cli.runtime.distance_batch import ManyJob, many_options
+from geomhw_cli.runtime.job import Job, robust_line
+from geomhw_cli.specs.queries import Questions
+from geomhw_cli.specs.sources import SourceSpecs, shortened, source_line
 
 
 @click.command(no_args_is_help=True, short_help="Distance by the heat method.")
@@ -83,7 +83,7 @@ def geodesic(
         choices = {"time": time, "robust": robust, "refine": refine, "boundary": boundary, "solver": solver}
         ManyJob.plan(mesh_path, questions, outputs, single, {**choices, "as_json": as_json, "quiet": quiet}).run()
         return
-    from geomhw.methods.heat_distance import HeatDistance
+    from geomhw.geodesic.heat_method import HeatDistance
     from geomhw.render.pictures import HEAT_METHOD, geodesic_picture
 
     job = Job.plan(

@@ -6,7 +6,7 @@ from pathlib import Path
 import click
 
 from geomhw_cli import options
-from geomhw_cli.job import Job
+from geomhw_cli.runtime.job import Job
 
 
 @click.command(no_args_is_help=True, short_help="A field as curl-free + coexact + harmonic.")
@@ -48,9 +48,9 @@ def helmholtz(
       geomhw geodesic data/torus.off -o torus.vtp
       geomhw helmholtz data/torus.off --field torus.vtp:direction -o parts.vtp
     """
+    from geomhw.flow.helmholtz import HelmholtzDecomposition
+    from geomhw.flow.tangent_fields import face_vectors
     from geomhw.io import field_file, read_field
-    from geomhw.methods.helmholtz import HelmholtzDecomposition
-    from geomhw.methods.tangent_fields import face_vectors
     from geomhw.render.pictures import helmholtz_picture
 
     job = Job.plan(

@@ -10,7 +10,7 @@ from geomhw_cli import options
 from geomhw_cli.trouble import Trouble
 
 if TYPE_CHECKING:
-    from geomhw.mesh.defects import Finding
+    from geomhw.mesh.diagnostics import Finding
 
 #: Places named in a line; --json has all.
 FIRST = 5
@@ -35,7 +35,7 @@ def info(mesh_path: Path, check: bool, as_json: bool, quiet: bool) -> None:
     import json
 
     from geomhw.io import read
-    from geomhw.mesh.defects import findings
+    from geomhw.mesh.diagnostics import findings
     from geomhw.mesh.summary import mesh_summary
 
     try:

@@ -42,8 +42,8 @@ def operators(mesh_path: Path, output: Path, quiet: bool, **flags: bool) -> None
       geomhw operators data/torus.off --connection -o C.npz
     """
     from geomhw.io import check_outputs, read_mesh
-    from geomhw.io.matrix import WRITABLE_MATRICES, write_matrix
-    from geomhw.operators import averaging, connection, gradient, laplacian
+    from geomhw.io.artifacts.matrix import WRITABLE_MATRICES, write_matrix
+    from geomhw.operators import averaging, connection_laplacian, gradient, laplacian
 
     asked = [name for name in OPERATORS if flags[name.replace("-", "_")]]
     if len(asked) != 1:
@@ -59,8 +59,8 @@ def operators(mesh_path: Path, output: Path, quiet: bool, **flags: bool) -> None
         "consistent-mass": laplacian.consistent_mass,
         "faces-to-vertices": averaging.faces_to_vertices,
         "vertices-to-faces": averaging.vertices_to_faces,
-        "connection": connection.connection_stiffness,
-        "complex-connection": connection.complex_connection_stiffness,
+        "connection": connection_laplacian.connection_stiffness,
+        "complex-connection": connection_laplacian.complex_connection_stiffness,
     }[operator]
     matrix = build(read_mesh(mesh_path))
     write_matrix(output, matrix)

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from geomhw_cli.sources import SOURCE_HELP, SourceSpecs
+from geomhw_cli.specs.sources import SOURCE_HELP, SourceSpecs
 
 FILE = click.Path(path_type=Path)
 

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from geomhw_cli import options
-from geomhw_cli.job import Job, robust_line
-from geomhw_cli.sources import SourceSpecs, shortened, source_line
+from geomhw_cli.runtime.job import Job, robust_line
+from geomhw_cli.specs.sources import SourceSpecs, shortened, source_line
 
 if TYPE_CHECKING:
-    from geomhw.mesh.arrays import Floats
+    from geomhw.arrays import Floats
+    from geomhw.mesh.surface_points import Sources
     from geomhw.mesh.triangle_mesh import TriangleMesh
-    from geomhw.methods.sources import Sources
 
 
 @click.command(no_args_is_help=True, short_help="Vectors diffused and transported.")
@@ -100,8 +100,8 @@ def vecdiffuse(
     Example, for a short and for a long time:
       geomhw vecdiffuse data/creature.obj --source 0 --angle 30 --dt h2 --dt 100
     """
-    from geomhw.methods.vector_heat import transport_over_times
     from geomhw.render.vector_pictures import transport_picture
+    from geomhw.transport.vector_heat import transport_over_times
 
     if sum(map(bool, (vectors, angles, seeds))) > 1:
         raise click.UsageError("--vector, --angle and --seed exclude each other.")
@@ -149,7 +149,7 @@ def _vectors(
     import numpy as np
 
     from geomhw.errors import FieldError
-    from geomhw.methods.source_vectors import seeded_angle, source_frames, turned
+    from geomhw.transport.source_vectors import seeded_angle, source_frames, turned
 
     count = len(sources)
     if vectors:

@@ -10,8 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
+from geomhw.arrays import Floats
 from geomhw.mesh import primitives
-from geomhw.mesh.arrays import Floats
 from geomhw.mesh.triangle_mesh import TriangleMesh
 
 FOLDER = Path(__file__).parent

@@ -6,8 +6,8 @@ from typing import Any, Literal
 
 import numpy as np
 
+from geomhw.arrays import Floats, Ints
 from geomhw.errors import FieldError
-from geomhw.mesh.arrays import Floats, Ints
 from geomhw.mesh.triangle_mesh import TriangleMesh
 
 Location = Literal["vertex", "face", "mesh"]

@@ -6,11 +6,11 @@ from conftest import zoo_mesh
 from scipy.sparse.linalg import expm_multiply
 
 from geomhw.errors import ConvergenceError, FieldError
+from geomhw.flow.flow_map import FlowMap, frames
+from geomhw.flow.initial_fields import blob, hue_stripes, random_field, rigid_field, rotation_field
 from geomhw.mesh.primitives import grid, icosphere
 from geomhw.mesh.triangle_mesh import TriangleMesh
-from geomhw.methods.advection import FlowMap, frames
-from geomhw.methods.flow_fields import blob, hue_stripes, random_field, rigid_field, rotation_field
-from geomhw.solvers.exponential import Integrator, exponential
+from geomhw.solvers.expm import Integrator, exponential
 
 INTEGRATORS: tuple[Integrator, ...] = ("taylor3", "krylov")
 Z = np.array([0.0, 0.0, 1.0])

@@ -10,7 +10,7 @@ from functools import partial
 import pytest
 
 from geomhw.errors import FormatError
-from geomhw_cli.behind import Behind
+from geomhw_cli.runtime.background_writer import Behind
 
 
 def test_in_order() -> None:

@@ -7,9 +7,9 @@ from conftest import ZOO, zoo_mesh
 
 from geomhw.errors import ConvergenceError
 from geomhw.mesh.primitives import grid, icosphere, strip
-from geomhw.operators.connection import complex_connection_stiffness
+from geomhw.operators.connection_laplacian import complex_connection_stiffness
 from geomhw.operators.laplacian import lumped_mass, stiffness
-from geomhw.solvers.costs import Work, cheapest
+from geomhw.solvers.cost_model import Work, cheapest
 from geomhw.solvers.direct import DirectSolver
 from geomhw.solvers.dissection import Dissection
 from geomhw.solvers.fronts import BlockCholesky
@@ -155,15 +155,15 @@ def test_cholmod() -> None:
 def test_the_extra_is_none_of_the_requirements(monkeypatch: pytest.MonkeyPatch) -> None:
     """Without kvxopt the choice is between SuperLU and blocks; with it, it takes what it is best at."""
     sizes = [(n, work) for n in (100, 3000, 30_000, 300_000) for work in (Work(1, 1), Work(100, 1), MANY)]
-    monkeypatch.setattr("geomhw.solvers.costs.installed", lambda: False)
+    monkeypatch.setattr("geomhw.solvers.cost_model.installed", lambda: False)
     assert {cheapest(*size) for size in sizes} == {"superlu", "blocks"}
-    monkeypatch.setattr("geomhw.solvers.costs.installed", lambda: True)
+    monkeypatch.setattr("geomhw.solvers.cost_model.installed", lambda: True)
     assert [cheapest(30_000, work) for work in (Work(1, 1), Work(100, 1), MANY)] == ["cholmod", "cholmod", "blocks"]
 
 
 def test_the_front_door_goes_by_the_work(monkeypatch: pytest.MonkeyPatch) -> None:
     """One solution of a small system is SuperLU's, thousands are not; both are the same."""
-    monkeypatch.setattr("geomhw.solvers.costs.installed", lambda: False)
+    monkeypatch.setattr("geomhw.solvers.cost_model.installed", lambda: False)
     mesh = icosphere(4)
     A = lumped_mass(mesh) + 0.01 * stiffness(mesh)
     free = np.ones(mesh.n_vertices, dtype=bool)

@@ -14,9 +14,9 @@ from conftest import needs_reference, reference, split_diagonals, zoo_mesh
 from PIL import Image
 from test_render import needs_opengl
 
-from geomhw.comparison import Ignored, Tolerance, compare_named
+from geomhw.compare import Ignored, Tolerance, compare_named
 from geomhw.io import read, write
-from geomhw.io.table import read_csv
+from geomhw.io.artifacts.table import read_csv
 from geomhw.mesh.primitives import grid, icosphere
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.results import Field

@@ -17,11 +17,11 @@ from PIL import Image
 from test_commands import run, save_off
 from test_render import needs_opengl
 
+from geomhw.flow.initial_fields import hue_stripes, rigid_field
 from geomhw.io import read, write
-from geomhw.io import series as series_module
+from geomhw.io.artifacts import series as series_module
 from geomhw.mesh.primitives import icosphere, moebius_band
 from geomhw.mesh.triangle_mesh import TriangleMesh
-from geomhw.methods.flow_fields import hue_stripes, rigid_field
 from geomhw.results import Field, Result
 
 BALL = icosphere(1)

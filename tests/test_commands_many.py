@@ -16,11 +16,11 @@ from conftest import crumpled, two_spheres
 from test_commands import run, save_off
 from test_faults import files_no_larger_than
 
-from geomhw.io.table import read_csv
+from geomhw.geodesic.heat_method import HeatDistance
+from geomhw.geodesic.many_sources import block_size
+from geomhw.io.artifacts.table import read_csv
 from geomhw.mesh.primitives import grid, icosphere, torus
-from geomhw.methods.distance_rows import block_size
-from geomhw.methods.heat_distance import HeatDistance
-from geomhw.methods.sources import face_source, vertex_sources
+from geomhw.mesh.surface_points import face_source, vertex_sources
 
 MESH = crumpled(torus(16, 13))  # 208 vertices, four blocks
 ALL = "geodesic mesh.off --time h2 --all-pairs -o D.npy"
@@ -178,10 +178,10 @@ def test_interrupted_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
 
 KILLED = """
 import os, signal, sys
-import geomhw.io.partial as partial
+import geomhw.io.artifacts.resumable_rows as partial
 partial.INTERVAL = -1.0
 from test_commands_many import stopping
-from geomhw.methods.heat_distance import HeatDistance
+from geomhw.geodesic.heat_method import HeatDistance
 HeatDistance.rows = stopping(4, lambda: os.kill(os.getpid(), signal.SIGKILL))
 from geomhw_cli.main import main
 main()
@@ -264,7 +264,7 @@ def test_no_room_in_the_middle() -> None:
 
 def test_memory_does_not_grow_with_the_sources(monkeypatch: pytest.MonkeyPatch) -> None:
     """Four times as many rows of a matrix, of 2,562 numbers each, in a twentieth more memory at most."""
-    from geomhw_cli.questions import Asked, Questions
+    from geomhw_cli.specs.queries import Asked, Questions
 
     save_off(icosphere(4), "large.off")
     peaks = []

@@ -9,13 +9,13 @@ from click import UsageError
 from test_commands import run, save_off
 
 from geomhw.errors import FormatError
+from geomhw.flow.initial_fields import blob, bump
+from geomhw.geodesic.heat_method import HeatDistance
 from geomhw.io import read
 from geomhw.mesh.primitives import grid, icosphere
+from geomhw.mesh.surface_points import face_source, joined, vertex_sources
 from geomhw.mesh.triangle_mesh import TriangleMesh
-from geomhw.methods.flow_fields import blob, bump
-from geomhw.methods.heat_distance import HeatDistance
-from geomhw.methods.sources import face_source, joined, vertex_sources
-from geomhw_cli.sources import SourceSpecs
+from geomhw_cli.specs.sources import SourceSpecs
 
 BALL, SHEET = icosphere(2), grid(6, 6)
 

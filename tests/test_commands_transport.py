@@ -14,9 +14,9 @@ from test_commands import run, save_off
 
 from geomhw.io import read
 from geomhw.mesh.primitives import icosphere
-from geomhw.methods.sources import default_source
-from geomhw.methods.vector_heat import VectorHeat, tangent_at
-from geomhw.operators import averaging, connection, gradient, laplacian
+from geomhw.mesh.surface_points import default_source
+from geomhw.operators import averaging, connection_laplacian, gradient, laplacian
+from geomhw.transport.vector_heat import VectorHeat, tangent_at
 
 BALL = icosphere(1)
 #: Each flag, and the function of the library whose matrix it writes.
@@ -28,8 +28,8 @@ OPERATORS = {
     "consistent-mass": laplacian.consistent_mass,
     "faces-to-vertices": averaging.faces_to_vertices,
     "vertices-to-faces": averaging.vertices_to_faces,
-    "connection": connection.connection_stiffness,
-    "complex-connection": connection.complex_connection_stiffness,
+    "connection": connection_laplacian.connection_stiffness,
+    "complex-connection": connection_laplacian.complex_connection_stiffness,
 }
 
 

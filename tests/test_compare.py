@@ -15,18 +15,18 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 from test_commands import run, save_off
 
-from geomhw.comparison import Comparison, Finding, Ignored, Tolerance, compare_arrays, compare_files
-from geomhw.comparison.documents import compare_documents
-from geomhw.comparison.matrices import compare_sparse
-from geomhw.comparison.meshes import compare_meshes
+from geomhw.compare import Comparison, Finding, Ignored, Tolerance, compare_arrays, compare_files
+from geomhw.compare.documents import compare_documents
+from geomhw.compare.matrices import compare_sparse
+from geomhw.compare.meshes import compare_meshes
 from geomhw.errors import GeomhwError
 from geomhw.io import write
-from geomhw.io.matrix import write_matrix
-from geomhw.io.series import SeriesWriter
-from geomhw.io.table import write_csv
+from geomhw.io.artifacts.matrix import write_matrix
+from geomhw.io.artifacts.series import SeriesWriter
+from geomhw.io.artifacts.table import write_csv
 from geomhw.mesh.primitives import icosphere
 from geomhw.mesh.triangle_mesh import TriangleMesh
-from geomhw.operators.connection import complex_connection_stiffness
+from geomhw.operators.connection_laplacian import complex_connection_stiffness
 from geomhw.operators.laplacian import stiffness
 from geomhw.results import Field, Result
 

@@ -9,11 +9,11 @@ from PIL import Image, ImageDraw
 from test_commands import run
 from test_render import needs_opengl
 
-from geomhw.comparison import compare_files
-from geomhw.comparison.colors import delta_e, lab, over_white
-from geomhw.comparison.pictures import NOTICEABLE, Difference, compare_pictures, difference_picture
+from geomhw.compare import compare_files
+from geomhw.compare.colors import delta_e, lab, over_white
+from geomhw.compare.pictures import NOTICEABLE, Difference, compare_pictures, difference_picture
 from geomhw.io import write_png
-from geomhw.io.image import read_png
+from geomhw.io.artifacts.image import read_png
 from geomhw.mesh.primitives import icosphere
 from geomhw.render import colors, glyphs, panels, scene
 from geomhw.render.annotate import font

@@ -6,10 +6,10 @@ import scipy.sparse as sp
 from conftest import ZOO, zoo_mesh
 
 from geomhw.errors import FieldError, MeshError
-from geomhw.mesh.fans import edge_directions
 from geomhw.mesh.primitives import grid, icosphere
 from geomhw.mesh.triangle_mesh import TriangleMesh
-from geomhw.operators.connection import (
+from geomhw.mesh.vertex_angles import edge_directions
+from geomhw.operators.connection_laplacian import (
     complex_connection_stiffness,
     connection_stiffness,
     edge_rotations,

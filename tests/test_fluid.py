@@ -8,24 +8,24 @@ import pytest
 from conftest import crumpled, needs_reference, reference, zoo_mesh
 
 from geomhw.errors import ConvergenceError, FieldError, MeshError
+from geomhw.flow.harmonic import closed_forms, harmonic_basis
+from geomhw.flow.helmholtz import HelmholtzDecomposition
+from geomhw.flow.initial_fields import blob, random_field, rigid_field, rotation_field
+from geomhw.flow.tangent_fields import energy, tangential
+from geomhw.fluid import initial
+from geomhw.fluid.conservative import ConservativeScheme
+from geomhw.fluid.forces import top_jet
+from geomhw.fluid.passive_scalar import Dye
+from geomhw.fluid.rk4 import FastScheme
+from geomhw.fluid.run import Plan, run
+from geomhw.fluid.schemes import scheme_of
+from geomhw.fluid.stable_fluids import Advection, SplittingScheme
+from geomhw.fluid.state import FlowState, Gauges, Scheme
+from geomhw.fluid.vorticity import VorticityModel
+from geomhw.fluid.vorticity_scheme import VorticityScheme
 from geomhw.mesh.primitives import cylinder_band, icosphere, moebius_band, torus
 from geomhw.mesh.triangle_mesh import TriangleMesh
-from geomhw.methods.flow_fields import blob, random_field, rigid_field, rotation_field
-from geomhw.methods.fluid import initial
-from geomhw.methods.fluid.conservative import ConservativeScheme
-from geomhw.methods.fluid.dye import Dye
-from geomhw.methods.fluid.forces import top_jet
-from geomhw.methods.fluid.run import Plan, run
-from geomhw.methods.fluid.runge_kutta import FastScheme
-from geomhw.methods.fluid.scheme import VorticityScheme
-from geomhw.methods.fluid.schemes import scheme_of
-from geomhw.methods.fluid.splitting import Advection, SplittingScheme
-from geomhw.methods.fluid.state import FlowState, Gauges, Scheme
-from geomhw.methods.fluid.vorticity import VorticityModel
-from geomhw.methods.harmonic import closed_forms, harmonic_basis
-from geomhw.methods.helmholtz import HelmholtzDecomposition
-from geomhw.methods.tangent_fields import energy, tangential
-from geomhw.operators.directional import DirectionalDerivative, directional_derivative
+from geomhw.operators.directional_derivative import DirectionalDerivative, directional_derivative
 from geomhw.operators.gradient import divergence, gradient
 from geomhw.operators.laplacian import lumped_mass
 

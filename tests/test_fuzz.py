@@ -16,10 +16,10 @@ from fuzz.targets import TARGETS, feed
 
 from geomhw.errors import FormatError
 from geomhw.io import read
-from geomhw.io.external import FORMATS
-from geomhw.io.matrix import read_arrays
-from geomhw.io.series import read_series
-from geomhw.io.table import read_csv
+from geomhw.io.artifacts.matrix import read_arrays
+from geomhw.io.artifacts.series import read_series
+from geomhw.io.artifacts.table import read_csv
+from geomhw.io.formats.meshio_read import FORMATS
 
 FUZZ = Path(__file__).parent / "fuzz"
 SEEDS = {name: sorted((FUZZ / "corpus" / name).iterdir()) for name in TARGETS}

@@ -7,13 +7,13 @@ import pytest
 from conftest import book, needs_reference, reference, sheared, split_diagonals, zoo_mesh
 
 from geomhw.errors import FieldError, MeshError
-from geomhw.mesh.distances import edge_path_distance
+from geomhw.geodesic.diffusion_time import time_step
+from geomhw.geodesic.edge_paths import edge_path_distance
+from geomhw.geodesic.heat_method import HeatDistance, heat_distance
+from geomhw.geodesic.heat_step import HeatFlow
 from geomhw.mesh.primitives import grid, icosphere, strip
+from geomhw.mesh.surface_points import default_source
 from geomhw.mesh.triangle_mesh import TriangleMesh
-from geomhw.methods.heat_distance import HeatDistance, heat_distance
-from geomhw.methods.heat_flow import HeatFlow
-from geomhw.methods.sources import default_source
-from geomhw.methods.time_step import time_step
 
 
 def great_circle(mesh: TriangleMesh, source: int) -> np.ndarray:
@@ -140,7 +140,7 @@ def test_no_silent_underflow() -> None:
 def test_beyond_reach_agrees_with_within() -> None:
     """Where plain doubles suffice, the scaled system gives the same heat."""
     from geomhw.operators.laplacian import lumped_mass, stiffness
-    from geomhw.solvers import wavefront
+    from geomhw.solvers import log_scaled
     from geomhw.solvers.direct import DirectSolver
 
     mesh = strip(300)
@@ -151,11 +151,11 @@ def test_beyond_reach_agrees_with_within() -> None:
     plain = DirectSolver(A)(rhs)
     travel = edge_path_distance(mesh, np.array([0])) / np.sqrt(t)
     forgetful = np.where(plain > 1e-20, plain, 0.0)  # as if doubles ended at 1e-20
-    old, wavefront.REACH = wavefront.REACH, 40.0
+    old, log_scaled.REACH = log_scaled.REACH, 40.0
     try:
-        far = wavefront.solve_decaying(A, rhs, forgetful, travel)
+        far = log_scaled.solve_decaying(A, rhs, forgetful, travel)
     finally:
-        wavefront.REACH = old
+        log_scaled.REACH = old
     np.testing.assert_allclose(far.log, np.log(plain), atol=1e-9)
 
 

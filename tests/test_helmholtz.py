@@ -5,10 +5,10 @@ import pytest
 from conftest import crumpled, needs_reference, reference, zoo_mesh
 
 from geomhw.errors import FieldError, MeshError
+from geomhw.flow.helmholtz import HelmholtzDecomposition
+from geomhw.flow.tangent_fields import energy
 from geomhw.mesh.primitives import icosphere, moebius_band, torus
 from geomhw.mesh.triangle_mesh import TriangleMesh
-from geomhw.methods.helmholtz import HelmholtzDecomposition
-from geomhw.methods.tangent_fields import energy
 from geomhw.operators.gradient import divergence, gradient
 from geomhw.results import Result
 

@@ -9,16 +9,16 @@ from conftest import ZOO, book, needs_reference, reference, sheared, zoo_mesh
 from scipy.spatial import Delaunay
 
 from geomhw.errors import ConvergenceError, MeshError
-from geomhw.mesh import delaunay
-from geomhw.mesh.delaunay import DelaunayFlips
-from geomhw.mesh.distances import edge_path_distance
+from geomhw.geodesic.edge_paths import edge_path_distance
+from geomhw.intrinsic import delaunay
+from geomhw.intrinsic.delaunay import DelaunayFlips
+from geomhw.intrinsic.intrinsic_mesh import IntrinsicMesh, mollified
+from geomhw.intrinsic.robust import RobustTriangulation
+from geomhw.intrinsic.tufted_cover import two_sided
 from geomhw.mesh.geometry import corner_sum, heron_areas
-from geomhw.mesh.intrinsic import IntrinsicMesh, mollified
 from geomhw.mesh.polyhedral import PolyhedralSurface
 from geomhw.mesh.primitives import grid, icosphere, moebius_band
-from geomhw.mesh.robust import RobustTriangulation
 from geomhw.mesh.triangle_mesh import TriangleMesh
-from geomhw.mesh.two_sided import two_sided
 from geomhw.operators.gradient import divergence, gradient
 from geomhw.operators.laplacian import consistent_mass, lumped_mass, stiffness
 

@@ -12,8 +12,8 @@ import pyvista
 
 from geomhw.errors import FormatError, GeomhwError, MeshError
 from geomhw.io import READABLE, read, read_mesh
-from geomhw.io.external import surface
-from geomhw.io.external_worker import extract
+from geomhw.io.formats.meshio_read import surface
+from geomhw.io.formats.meshio_worker import extract
 
 POINTS = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0.5]])
 

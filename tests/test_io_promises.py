@@ -10,9 +10,9 @@ import scipy.sparse as sp
 from fuzz.targets import feed
 from test_commands import run, save_off
 
-from geomhw.io.checkpoint import write_checkpoint
-from geomhw.io.market import read_market
-from geomhw.io.numpy_file import read_numpy
+from geomhw.io.artifacts.checkpoint import write_checkpoint
+from geomhw.io.artifacts.matrix_market import read_market
+from geomhw.io.artifacts.numpy_file import read_numpy
 from geomhw.mesh.primitives import icosphere
 
 FOUND = Path(__file__).parent / "fuzz" / "found"

@@ -5,13 +5,13 @@ import pytest
 from conftest import ZOO, needs_reference, reference, sheared, split_diagonals, two_spheres, zoo_mesh
 
 from geomhw.errors import FieldError
+from geomhw.geodesic.edge_path_bound import PathBound
+from geomhw.geodesic.edge_paths import edge_path_distance
+from geomhw.geodesic.heat_method import HeatDistance
 from geomhw.io import read_mesh
-from geomhw.mesh.distances import edge_path_distance
-from geomhw.mesh.path_bound import PathBound
 from geomhw.mesh.primitives import grid, icosphere, strip, torus
+from geomhw.mesh.surface_points import Sources, face_source, joined, vertex_sources
 from geomhw.mesh.triangle_mesh import TriangleMesh
-from geomhw.methods.heat_distance import HeatDistance
-from geomhw.methods.sources import Sources, face_source, joined, vertex_sources
 
 OPTIONS = {
     "plain": {},
@@ -154,8 +154,8 @@ def test_bound_along_edges(name: str, stretch: float) -> None:
 def test_bound_along_a_line_of_edges(steep: float, monkeypatch: pytest.MonkeyPatch) -> None:
     """A slope of 1 + 1e-3 along the edges of a grid is held by the edges; across them it is not touched. By either way
     of searching."""
-    monkeypatch.setattr("geomhw.mesh.path_bound.STEEP", steep)
-    monkeypatch.setattr("geomhw.mesh.path_bound.VISITS", steep)
+    monkeypatch.setattr("geomhw.geodesic.edge_path_bound.STEEP", steep)
+    monkeypatch.setattr("geomhw.geodesic.edge_path_bound.VISITS", steep)
     mesh = grid(20, 20)
     phi = 1.001 * np.linalg.norm(mesh.vertices - mesh.vertices[0], axis=1)[:, None]
     found, expected = bounded(mesh, phi, np.array([0]))

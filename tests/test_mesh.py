@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 from conftest import CLOSED, zoo_mesh
 
+from geomhw.arrays import pieces, summed
 from geomhw.errors import MeshError
-from geomhw.mesh.arrays import pieces, summed
+from geomhw.geodesic.heat_method import HeatDistance
 from geomhw.mesh.geometry import corner_sum
 from geomhw.mesh.primitives import grid, icosphere
 from geomhw.mesh.rings import OneRings
 from geomhw.mesh.topology import unique_edges
 from geomhw.mesh.triangle_mesh import TriangleMesh
-from geomhw.methods.heat_distance import HeatDistance
 
 BALL = icosphere(2)
 
@@ -105,7 +105,7 @@ def test_work_in_pieces(monkeypatch: pytest.MonkeyPatch) -> None:
     """What is computed in pieces does not depend on their size, to the last bit."""
     answers = []
     for size in (7, 100, 1 << 20):
-        monkeypatch.setattr("geomhw.mesh.arrays.PIECE", size)
+        monkeypatch.setattr("geomhw.arrays.PIECE", size)
         mesh = TriangleMesh(*(np.array(part) for part in (BALL.vertices, BALL.faces)))
         fields = HeatDistance(mesh).from_vertices([3]).fields
         answers.append([mesh.edge_lengths, mesh.cotangents, mesh.opposite_edges, *(field.values for field in fields)])

@@ -12,22 +12,18 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from geomhw.errors import ConvergenceError, FieldError
+from geomhw.geodesic.edge_paths import edge_path_distance
+from geomhw.geodesic.heat_method import HeatDistance
+from geomhw.geodesic.heat_step import HeatFlow
 from geomhw.io import read_mesh
-from geomhw.mesh.distances import edge_path_distance
 from geomhw.mesh.primitives import grid, icosphere, strip, torus
 from geomhw.mesh.triangle_mesh import TriangleMesh
-from geomhw.methods.heat_distance import HeatDistance
-from geomhw.methods.heat_flow import HeatFlow
-from geomhw.methods.vector_heat import VectorHeat
-from geomhw.operators.connection import Connection
+from geomhw.operators.connection_laplacian import Connection
 from geomhw.operators.laplacian import stiffness
-from geomhw.solvers.choice import LaplaceSolver
+from geomhw.solvers.auto import LaplaceSolver
 from geomhw.solvers.direct import DirectSolver
 from geomhw.solvers.gauss_seidel import diagonal_first, sweep
-from geomhw.solvers.grounding import balanced, free_unknowns
-from geomhw.solvers.multigrid import MultigridSolver
-from geomhw.solvers.permutation import permuted
-from geomhw.solvers.sweeps import (
+from geomhw.solvers.heat_sweeps import (
     MOST_RELAXED,
     _Blocks,
     _order,
@@ -35,7 +31,11 @@ from geomhw.solvers.sweeps import (
     solve_by_sweeps,
     solve_scaled_by_sweeps,
 )
-from geomhw.solvers.wavefront import solve_scaled
+from geomhw.solvers.log_scaled import solve_scaled
+from geomhw.solvers.multigrid import MultigridSolver
+from geomhw.solvers.nullspace import balanced, free_unknowns
+from geomhw.solvers.permutation import permuted
+from geomhw.transport.vector_heat import VectorHeat
 
 
 @pytest.mark.parametrize("name", [*sorted(ZOO), "large", "long"])
@@ -89,8 +89,8 @@ def test_set_up_while_something_else_goes_on(monkeypatch: pytest.MonkeyPatch) ->
     def failing(*_: object) -> MultigridSolver:
         raise ConvergenceError("no")
 
-    monkeypatch.setattr("geomhw.solvers.choice.MultigridSolver", failing)
-    monkeypatch.setattr("geomhw.solvers.choice.LARGE", 100)
+    monkeypatch.setattr("geomhw.solvers.auto.MultigridSolver", failing)
+    monkeypatch.setattr("geomhw.solvers.auto.LARGE", 100)
     asked, left_open = LaplaceSolver(S, free, "multigrid"), LaplaceSolver(S, free)
     monkeypatch.setattr(left_open, "_iterate", True)
     asked.begin()
@@ -180,7 +180,7 @@ def test_steps_of_the_scale_do_not_matter(step: float, monkeypatch: pytest.Monke
     impulse = np.bincount([0], minlength=mesh.n_vertices).astype(float)
     travel = edge_path_distance(mesh, np.array([0])) / np.sqrt(flow.time.t)
     expected = solve_by_sweeps(flow.matrix, impulse, travel, flow.relaxation)
-    monkeypatch.setattr("geomhw.solvers.sweeps.STEP", step)
+    monkeypatch.setattr("geomhw.solvers.heat_sweeps.STEP", step)
     found = solve_by_sweeps(flow.matrix, impulse, travel, flow.relaxation)
     assert expected.log.min() < -300
     np.testing.assert_allclose(found.log, expected.log, rtol=0, atol=1e-10)
@@ -215,11 +215,11 @@ def test_what_does_not_converge_says_so() -> None:
 
 def test_auto_falls_back(monkeypatch: pytest.MonkeyPatch) -> None:
     """Where multigrid does not converge, auto takes the factorization; small systems it factors at once."""
-    monkeypatch.setattr("geomhw.solvers.choice.LARGE", 40)
+    monkeypatch.setattr("geomhw.solvers.auto.LARGE", 40)
     indefinite = sp.csr_array(sp.diags_array(np.resize([1.0, -1.0], 50)))
     every = np.ones(50, dtype=bool)
     np.testing.assert_allclose(LaplaceSolver(indefinite, every)(np.ones(50)), np.resize([1.0, -1.0], 50))
-    monkeypatch.setattr("geomhw.solvers.choice.LARGE", 60)
+    monkeypatch.setattr("geomhw.solvers.auto.LARGE", 60)
     np.testing.assert_allclose(LaplaceSolver(indefinite, every)(np.ones(50)), np.resize([1.0, -1.0], 50))
     with pytest.raises(FieldError, match="auto, multigrid, direct"):
         LaplaceSolver(indefinite, every, "best")  # type: ignore[arg-type]
@@ -309,11 +309,11 @@ def test_heat_from_further_on(monkeypatch: pytest.MonkeyPatch) -> None:
     flow = HeatFlow(mesh, "0.2*h2", solver="direct")
     impulse = np.bincount([7], minlength=mesh.n_vertices).astype(float)
     travel = edge_path_distance(mesh, np.array([7])) / np.sqrt(flow.time.t)
-    monkeypatch.setattr("geomhw.solvers.sweeps.BLOCK", 5.0)
-    monkeypatch.setattr("geomhw.solvers.sweeps.OVERLAP", 0.0)
+    monkeypatch.setattr("geomhw.solvers.heat_sweeps.BLOCK", 5.0)
+    monkeypatch.setattr("geomhw.solvers.heat_sweeps.OVERLAP", 0.0)
     found = solve_by_sweeps(flow.matrix, impulse, travel, flow.relaxation)
     np.testing.assert_allclose(found.log, flow.from_impulse(impulse).log, rtol=0, atol=1e-5)
-    monkeypatch.setattr("geomhw.solvers.sweeps.MAX_ROUNDS", 1)
+    monkeypatch.setattr("geomhw.solvers.heat_sweeps.MAX_ROUNDS", 1)
     with pytest.raises(ConvergenceError, match="--solver direct"):
         solve_by_sweeps(flow.matrix, impulse, travel, flow.relaxation)
 
@@ -353,11 +353,11 @@ def test_order_of_arrival(values: list[float]) -> None:
 
 def test_what_is_no_solution_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     """Whatever the sweeps say, the equations have the last word."""
-    monkeypatch.setattr("geomhw.solvers.sweeps.MAX_ROUNDS", 1)
+    monkeypatch.setattr("geomhw.solvers.heat_sweeps.MAX_ROUNDS", 1)
     mesh = grid(30, 30)
     flow = HeatFlow(mesh, "h2", solver="direct")
     impulse = np.bincount([0], minlength=mesh.n_vertices).astype(float)
-    monkeypatch.setattr("geomhw.solvers.sweeps.TOLERANCE", 1e-2)
+    monkeypatch.setattr("geomhw.solvers.heat_sweeps.TOLERANCE", 1e-2)
     travel = edge_path_distance(mesh, np.array([0])) / np.sqrt(flow.time.t)
     with pytest.raises(ConvergenceError, match="--solver direct"):
         solve_by_sweeps(flow.matrix, impulse, travel, flow.relaxation)

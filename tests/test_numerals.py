@@ -9,9 +9,10 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from geomhw.errors import FormatError
-from geomhw.io import numerals, read, write
-from geomhw.io.numerals import parse_numbers
-from geomhw.io.tokens import Lines
+from geomhw.io import read, write
+from geomhw.io.formats import decimal_parser
+from geomhw.io.formats.decimal_parser import parse_numbers
+from geomhw.io.formats.tokens import Lines
 from geomhw.mesh.primitives import icosphere
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.results import Field, Result
@@ -53,7 +54,7 @@ def test_every_number_is_the_nearest_double(tokens: list[str]) -> None:
 @given(st.lists(st.tuples(st.integers(0, 10**18 - 1), st.integers(0, 22)), min_size=1, max_size=200))
 def test_quotients_are_certain_or_doubted(pairs: list[tuple[int, int]]) -> None:
     """What is not doubted is the nearest double, which Python's division of integers gives; few are doubted."""
-    values, doubtful = numerals._quotients(*np.array(pairs, dtype=np.int64).T)
+    values, doubtful = decimal_parser._quotients(*np.array(pairs, dtype=np.int64).T)
     exact = np.array([m / 10**k for m, k in pairs])
     np.testing.assert_array_equal(values[~doubtful], exact[~doubtful])
 
@@ -86,7 +87,7 @@ def test_a_line_with_one_is_named(token: str) -> None:
 
 def test_parts_join(monkeypatch: pytest.MonkeyPatch) -> None:
     """Numbers on both sides of a cut, of texts in lines and of one without."""
-    monkeypatch.setattr(numerals, "BLOCK", 64)
+    monkeypatch.setattr(decimal_parser, "BLOCK", 64)
     tokens = [repr(x) for x in np.random.default_rng(0).normal(size=500).tolist()]
     for gap in ("\n", " "):
         assert parse_numbers(gap.join(tokens).encode(), np.float64).tobytes() == bits(tokens)  # type: ignore[union-attr]

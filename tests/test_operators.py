@@ -7,15 +7,15 @@ import pytest
 import scipy.sparse as sp
 from conftest import ZOO, zoo_mesh
 
+from geomhw.arrays import pieces
 from geomhw.errors import MeshError
-from geomhw.mesh.arrays import pieces
 from geomhw.mesh.geometry import at_corners
 from geomhw.mesh.primitives import grid, icosphere
 from geomhw.mesh.topology import edge_graph
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.operators.averaging import faces_to_vertices, vertices_to_faces
-from geomhw.operators.directional import directional_derivative, face_derivative
-from geomhw.operators.edge_functions import edge_gradient
+from geomhw.operators.crouzeix_raviart import edge_gradient
+from geomhw.operators.directional_derivative import directional_derivative, face_derivative
 from geomhw.operators.edge_matrix import edge_matrix, weight_sums
 from geomhw.operators.gradient import divergence, divergence_of, gradient, gradient_of, slopes_on
 from geomhw.operators.laplacian import consistent_mass, lumped_mass, stiffness
@@ -208,7 +208,7 @@ def test_gradient_beside_faces_without_area(monkeypatch: pytest.MonkeyPatch) -> 
     vertices = np.concatenate([ball.vertices, ball.vertices[[0, 1]].mean(axis=0)[None]])
     mesh = TriangleMesh(vertices, np.concatenate([ball.faces[:10], flat[:1], ball.faces[10:], flat[1:]]))
     np.testing.assert_array_equal(mesh.degenerate_faces, [10, 81])
-    monkeypatch.setattr("geomhw.mesh.arrays.PIECE", 7)
+    monkeypatch.setattr("geomhw.arrays.PIECE", 7)
     corners = at_corners(mesh.vertices @ [1.0, 2.0, 3.0], mesh.faces)
     slopes = np.concatenate([slopes_on(mesh, faces, corners[faces]) for faces in pieces(mesh.n_faces)])
     assert not slopes[[10, 81]].any()

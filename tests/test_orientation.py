@@ -8,18 +8,18 @@ from hostile import HOSTILE, doubled, hourglass, turned
 from scipy.sparse.linalg import spsolve
 
 from geomhw.errors import MeshError
+from geomhw.flow.helmholtz import HelmholtzDecomposition
+from geomhw.geodesic.heat_method import HeatDistance
+from geomhw.intrinsic.intrinsic_mesh import IntrinsicMesh, mollified
 from geomhw.mesh.curvature import angle_defects
-from geomhw.mesh.intrinsic import IntrinsicMesh, mollified
 from geomhw.mesh.orientation import agreeing, distinct, two_sided_cover
 from geomhw.mesh.primitives import moebius_band
+from geomhw.mesh.surface_points import face_source
 from geomhw.mesh.topology import pinched_vertices
 from geomhw.mesh.triangle_mesh import TriangleMesh
-from geomhw.methods.heat_distance import HeatDistance
-from geomhw.methods.helmholtz import HelmholtzDecomposition
-from geomhw.methods.sources import face_source
-from geomhw.methods.vector_heat import VectorHeat
-from geomhw.operators.connection import complex_connection_stiffness, connection_stiffness
+from geomhw.operators.connection_laplacian import complex_connection_stiffness, connection_stiffness
 from geomhw.operators.laplacian import lumped_mass
+from geomhw.transport.vector_heat import VectorHeat
 
 
 def hostile(name: str) -> TriangleMesh:

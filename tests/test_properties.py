@@ -12,24 +12,24 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 from test_commands import save_off
 
+from geomhw.flow.helmholtz import HelmholtzDecomposition
+from geomhw.flow.initial_fields import random_field
+from geomhw.flow.tangent_fields import energy
+from geomhw.fluid.conservative import ConservativeScheme
+from geomhw.fluid.run import Plan, run
+from geomhw.geodesic.heat_method import heat_distance
 from geomhw.io import read, read_mesh, write
-from geomhw.io.checkpoint import read_checkpoint, write_checkpoint
-from geomhw.io.matrix import UNNAMED, read_arrays, write_matrix
-from geomhw.io.series import SeriesWriter, read_series
-from geomhw.io.table import read_csv, write_csv
+from geomhw.io.artifacts.checkpoint import read_checkpoint, write_checkpoint
+from geomhw.io.artifacts.matrix import UNNAMED, read_arrays, write_matrix
+from geomhw.io.artifacts.series import SeriesWriter, read_series
+from geomhw.io.artifacts.table import read_csv, write_csv
 from geomhw.mesh.primitives import grid, icosphere, strip, torus
 from geomhw.mesh.triangle_mesh import TriangleMesh
-from geomhw.methods.flow_fields import random_field
-from geomhw.methods.fluid.conservative import ConservativeScheme
-from geomhw.methods.fluid.run import Plan, run
-from geomhw.methods.heat_distance import heat_distance
-from geomhw.methods.helmholtz import HelmholtzDecomposition
-from geomhw.methods.tangent_fields import energy
-from geomhw.methods.vector_heat import VectorHeat, random_tangent
-from geomhw.operators.connection import connection_stiffness
+from geomhw.operators.connection_laplacian import connection_stiffness
 from geomhw.operators.gradient import divergence, gradient
 from geomhw.operators.laplacian import lumped_mass, stiffness
 from geomhw.results import Field, Location, Result
+from geomhw.transport.vector_heat import VectorHeat, random_tangent
 
 seeds = st.integers(0, 2**32 - 1)
 BASES = [ZOO["tetrahedron"](), icosphere(1), torus(7, 5), grid(4, 3), strip(5), annulus()]

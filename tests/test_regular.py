@@ -12,8 +12,9 @@ from test_io_off import BODY, SAME, load
 from test_numerals import FIXED, FLOATS, WRITTEN, as_text, bits
 
 from geomhw.errors import FormatError
-from geomhw.io import numerals, off, read, regular
-from geomhw.io.regular import parse_lines, parse_regular
+from geomhw.io import read
+from geomhw.io.formats import decimal_parser, off_read, uniform_lines
+from geomhw.io.formats.uniform_lines import parse_lines, parse_regular
 from geomhw.mesh.primitives import icosphere
 
 if sys.version_info >= (3, 14):  # before, it is required
@@ -43,9 +44,9 @@ def test_both_ways_read_the_same_bits(points: list[tuple[str, ...]], block: int)
     faces = "".join(f"3 {i} {(i + 1) % n} {(i + 2) % n}\n" for i in range(n))
     text = f"OFF\n{n} {n} 0\n" + "".join(" ".join(point) + "\n" for point in points) + faces
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(regular, "BLOCK", block)
-        short = off._regular(text.encode())
-    general = off._general("moo.off", text.encode())
+        patch.setattr(uniform_lines, "BLOCK", block)
+        short = off_read._regular(text.encode())
+    general = off_read._general("moo.off", text.encode())
     assert (short is None) == any(token == "-0" for point in points for token in point)
     if short is not None:
         assert short.points.tobytes() == general.points.tobytes()
@@ -57,7 +58,7 @@ def test_both_ways_read_the_same_bits(points: list[tuple[str, ...]], block: int)
 @pytest.mark.parametrize("head", ["OFF\n", "COFF # of four\n# and more\n\n", "OFF", "OFF "])
 def test_files_that_programs_write_go_the_short_way(monkeypatch, tmp_path, head, end):
     """Line ends of any program, comments in the header, no newline at the end, extra numbers in all lines alike."""
-    monkeypatch.delattr(off, "_general")
+    monkeypatch.delattr(off_read, "_general")
     mesh = icosphere(3)
     for text in (SPHERE, SPHERE + "\n\n", re.sub("(?m)^(3 .*)$", r"\1 255 0 0", SPHERE)):
         path = load(tmp_path, text.replace("OFF\n", head).replace("\n", ENDS[end]))
@@ -70,7 +71,7 @@ def test_files_that_programs_write_go_the_short_way(monkeypatch, tmp_path, head,
 def test_regular_obj_files_are_read_as_arrays_too(monkeypatch, tmp_path, corner):
     """Words at the start of lines and two slashes in a row stand in nobody's way."""
     for slower in ("_decimals", "_by_numpy"):
-        monkeypatch.delattr(numerals, slower)
+        monkeypatch.delattr(decimal_parser, slower)
     mesh = icosphere(2)
     lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in mesh.vertices.tolist()]
     lines += ["f " + " ".join(corner.format(i + 1) for i in face) for face in mesh.faces.tolist()]
@@ -82,7 +83,7 @@ def test_regular_obj_files_are_read_as_arrays_too(monkeypatch, tmp_path, corner)
 @needs_reference
 def test_a_reference_mesh_is_the_same_both_ways():
     data = reference("meshes/closed/moomoo.off").read_bytes()
-    short, general = off._regular(data), off._general("moomoo.off", data)
+    short, general = off_read._regular(data), off_read._general("moomoo.off", data)
     assert short is not None
     assert short.points.tobytes() == general.points.tobytes()
     np.testing.assert_array_equal(short.corners, general.corners)
@@ -92,7 +93,7 @@ def test_a_reference_mesh_is_the_same_both_ways():
 def test_without_simdjson_all_is_the_same(monkeypatch, tmp_path, dialect):
     path = load(tmp_path, SAME[dialect])
     with_it = read(path)
-    monkeypatch.setattr(regular, "_parser", lambda: None)
+    monkeypatch.setattr(uniform_lines, "_parser", lambda: None)
     without = read(path)
     assert with_it.mesh.vertices.tobytes() == without.mesh.vertices.tobytes()
     np.testing.assert_array_equal(with_it.mesh.faces, without.mesh.faces)
@@ -140,7 +141,7 @@ def test_lines_that_differ_are_not_taken(text: str) -> None:
 
 def test_counts_that_lie_take_no_memory() -> None:
     assert parse_lines(b"1 2 3\n" * 10, 0, 10**17) is None
-    assert off._regular(b"OFF\n99999999999999999 99999999999999999 0\n" + BODY.encode()) is None
+    assert off_read._regular(b"OFF\n99999999999999999 99999999999999999 0\n" + BODY.encode()) is None
 
 
 def test_long_lines_are_left_to_others() -> None:

@@ -12,12 +12,13 @@ import scipy.sparse as sp
 from PIL import Image
 
 from geomhw.errors import FieldError, FormatError, RenderError
-from geomhw.io import read, read_cloud, series, write_cloud
-from geomhw.io.checkpoint import read_checkpoint, write_checkpoint
-from geomhw.io.film import require_mp4, write_gif, write_mp4
-from geomhw.io.matrix import write_matrix
-from geomhw.io.series import Frame, SeriesWriter, read_series
-from geomhw.io.table import write_csv
+from geomhw.io import read, read_cloud, write_cloud
+from geomhw.io.artifacts import series
+from geomhw.io.artifacts.checkpoint import read_checkpoint, write_checkpoint
+from geomhw.io.artifacts.film import require_mp4, write_gif, write_mp4
+from geomhw.io.artifacts.matrix import write_matrix
+from geomhw.io.artifacts.series import Frame, SeriesWriter, read_series
+from geomhw.io.artifacts.table import write_csv
 from geomhw.mesh.primitives import icosphere
 from geomhw.results import Cloud, Field, Result
 

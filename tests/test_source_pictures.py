@@ -3,12 +3,10 @@
 import numpy as np
 import pytest
 
+from geomhw.geodesic.heat_method import HeatDistance
 from geomhw.mesh.primitives import grid, icosphere
+from geomhw.mesh.surface_points import Sources, boundary_sources, face_source, joined, vertex_range, vertex_sources
 from geomhw.mesh.triangle_mesh import TriangleMesh
-from geomhw.methods.heat_distance import HeatDistance
-from geomhw.methods.source_vectors import source_frames, turned
-from geomhw.methods.sources import Sources, boundary_sources, face_source, joined, vertex_range, vertex_sources
-from geomhw.methods.vector_heat import VectorHeat, transport_over_times
 from geomhw.render import offscreen
 from geomhw.render.layers import Panel
 from geomhw.render.panels import PANEL_WIDTH, draw
@@ -17,6 +15,8 @@ from geomhw.render.source_marks import MOST_DISCS, source_marks, source_point
 from geomhw.render.vector_pictures import SOURCE_COLOR as ARROW_COLOR
 from geomhw.render.vector_pictures import SOURCE_LENGTH, transport_picture
 from geomhw.render.view import choose_view
+from geomhw.transport.source_vectors import source_frames, turned
+from geomhw.transport.vector_heat import VectorHeat, transport_over_times
 
 MISSING = offscreen.missing_opengl()
 needs_opengl = pytest.mark.skipif(MISSING is not None, reason=str(MISSING))

@@ -7,14 +7,12 @@ import pytest
 from conftest import sheared, split_diagonals, two_spheres, zoo_mesh
 
 from geomhw.errors import FieldError
-from geomhw.mesh.distances import edge_path_distance
+from geomhw.geodesic.edge_paths import edge_path_distance
+from geomhw.geodesic.heat_method import HeatDistance
+from geomhw.geodesic.source_conditions import known_distances
 from geomhw.mesh.nearest import nearest_on_surface
 from geomhw.mesh.primitives import grid, icosphere, strip
-from geomhw.mesh.triangle_mesh import TriangleMesh
-from geomhw.methods.heat_distance import HeatDistance
-from geomhw.methods.several_sources import known_distances
-from geomhw.methods.source_vectors import source_frames, spread_to_corners, turned
-from geomhw.methods.sources import (
+from geomhw.mesh.surface_points import (
     Sources,
     boundary_sources,
     extreme_vertex,
@@ -24,7 +22,9 @@ from geomhw.methods.sources import (
     vertex_range,
     vertex_sources,
 )
-from geomhw.methods.vector_heat import VectorHeat
+from geomhw.mesh.triangle_mesh import TriangleMesh
+from geomhw.transport.source_vectors import source_frames, spread_to_corners, turned
+from geomhw.transport.vector_heat import VectorHeat
 
 INSIDE = [0.2, 0.3, 0.5]
 

@@ -8,21 +8,21 @@ from conftest import CLOSED, ZOO, crumpled, needs_reference, reference, zoo_mesh
 from scipy.spatial import cKDTree
 
 from geomhw.errors import ConvergenceError, FieldError, MeshError
+from geomhw.flow import tracer as tracer_module
+from geomhw.flow.harmonic import harmonic_basis
+from geomhw.flow.initial_fields import random_field, rigid_field, rotation_field
+from geomhw.flow.tangent_fields import tangential
+from geomhw.flow.tracer import Particles, Tracer
+from geomhw.flow.tracer_cloud import PLACES, Tracers, Tracing
+from geomhw.fluid.conservative import ConservativeScheme
+from geomhw.fluid.initial import rossby_haurwitz
+from geomhw.fluid.traced import TracedScheme, tracers_of
 from geomhw.io import read_mesh
-from geomhw.mesh.hilbert import hilbert_keys
+from geomhw.mesh.hilbert_curve import hilbert_keys
 from geomhw.mesh.primitives import cylinder_band, grid, icosphere, moebius_band, torus
 from geomhw.mesh.sampling import area_samples, points_on, spread_samples
 from geomhw.mesh.triangle_mesh import TriangleMesh
-from geomhw.methods import tracing
-from geomhw.methods.flow_fields import random_field, rigid_field, rotation_field
-from geomhw.methods.fluid.conservative import ConservativeScheme
-from geomhw.methods.fluid.initial import rossby_haurwitz
-from geomhw.methods.fluid.traced import TracedScheme, tracers_of
-from geomhw.methods.harmonic import harmonic_basis
-from geomhw.methods.tangent_fields import tangential
-from geomhw.methods.tracers import PLACES, Tracers, Tracing
-from geomhw.methods.tracing import Particles, Tracer
-from geomhw.operators.collapse import loop_groups
+from geomhw.operators.boundary_loops import loop_groups
 from geomhw.operators.gradient import gradient
 
 DATA = Path(__file__).parent.parent / "data"
@@ -283,11 +283,11 @@ def test_spirals() -> None:
 
 def test_spirals_end(monkeypatch: pytest.MonkeyPatch) -> None:
     """Endless turns about a vertex, in ever shorter time, are not followed to the end."""
-    monkeypatch.setattr(tracing, "MOST_CROSSINGS", 100)
+    monkeypatch.setattr(tracer_module, "MOST_CROSSINGS", 100)
     mesh, V = wheel(1.0, 1e-4)
     near = Particles(np.array([2]), np.array([[1 - 8e-4, 4e-4, 4e-4]]))
     end = Tracer(mesh).positions(Tracer(mesh).advance(near, V, 20.0))
-    assert np.linalg.norm(end) < tracing.CORE
+    assert np.linalg.norm(end) < tracer_module.CORE
 
 
 def test_the_fastest_way_off() -> None:
@@ -386,7 +386,7 @@ def test_refusals() -> None:
 def test_a_path_without_end(monkeypatch: pytest.MonkeyPatch) -> None:
     """What would take too many edges is refused, with what to do."""
     mesh = zoo_mesh("crumpled_torus")
-    monkeypatch.setattr(tracing, "MOST_CROSSINGS", 50)
+    monkeypatch.setattr(tracer_module, "MOST_CROSSINGS", 50)
     tracer = Tracer(mesh)
     with pytest.raises(ConvergenceError, match="shorter time step"):
         tracer.advance(tracer.seed(9), harmonic_basis(mesh)[0], 1e4)

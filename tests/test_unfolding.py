@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from conftest import ZOO, crumpled, zoo_mesh
 
+from geomhw.geodesic.edge_paths import edge_path_distance
+from geomhw.geodesic.heat_method import HeatDistance
+from geomhw.geodesic.unfolding import Unfolding
 from geomhw.mesh.curvature import angle_defects
-from geomhw.mesh.distances import edge_path_distance
 from geomhw.mesh.primitives import cylinder_band, grid, icosphere
 from geomhw.mesh.triangle_mesh import TriangleMesh
-from geomhw.methods.heat_distance import HeatDistance
-from geomhw.methods.unfolding import Unfolding
 
 
 def unfolded(mesh: TriangleMesh, sources: list[int]) -> np.ndarray:

@@ -7,11 +7,11 @@ from conftest import needs_reference, reference, sheared, split_diagonals, zoo_m
 from scipy.sparse.linalg import spsolve
 
 from geomhw.errors import FieldError
+from geomhw.geodesic.heat_method import HeatDistance
 from geomhw.mesh.primitives import icosphere, strip, torus
 from geomhw.mesh.triangle_mesh import TriangleMesh
-from geomhw.methods.heat_distance import HeatDistance
-from geomhw.methods.vector_heat import VectorHeat, random_tangent, tangent_at
-from geomhw.operators.connection import Connection, connection_stiffness
+from geomhw.operators.connection_laplacian import Connection, connection_stiffness
+from geomhw.transport.vector_heat import VectorHeat, random_tangent, tangent_at
 
 CONNECTIONS: tuple[Connection, ...] = ("normals", "intrinsic")
 

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from geomhw.mesh.primitives import grid, icosphere
-from geomhw.methods.vector_heat import tangent_at, transport_over_times
 from geomhw.render import offscreen
 from geomhw.render.panels import PANEL_WIDTH
 from geomhw.render.vector_pictures import FIELD_COLOR, SOURCE_COLOR, SOURCE_LENGTH, transport_picture
 from geomhw.render.view import choose_view, visible
 from geomhw.results import Result
+from geomhw.transport.vector_heat import tangent_at, transport_over_times
 
 MISSING = offscreen.missing_opengl()
 pytestmark = pytest.mark.skipif(MISSING is not None, reason=str(MISSING))

@@ -14,14 +14,14 @@ import numpy as np
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 
+from geomhw.flow.initial_fields import random_field
+from geomhw.fluid.initial import rossby_haurwitz
+from geomhw.fluid.run import Plan, run
+from geomhw.fluid.schemes import SchemeName, scheme_of
+from geomhw.fluid.state import FlowState, Gauges, Scheme
+from geomhw.fluid.vorticity import VorticityModel
 from geomhw.mesh.primitives import icosphere
 from geomhw.mesh.triangle_mesh import TriangleMesh
-from geomhw.methods.flow_fields import random_field
-from geomhw.methods.fluid.initial import rossby_haurwitz
-from geomhw.methods.fluid.run import Plan, run
-from geomhw.methods.fluid.schemes import SchemeName, scheme_of
-from geomhw.methods.fluid.state import FlowState, Gauges, Scheme
-from geomhw.methods.fluid.vorticity import VorticityModel
 
 SCHEMES: dict[SchemeName, str] = {"conservative": "#1b6ca8", "fast": "#d1495b", "handout": "#8d99ae"}
 DEGREE = 4

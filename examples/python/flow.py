@@ -3,8 +3,8 @@
 import numpy as np
 
 from geomhw import scheme_of
+from geomhw.fluid.state import Gauges
 from geomhw.mesh.primitives import icosphere
-from geomhw.methods.fluid.state import Gauges
 
 mesh = icosphere(4)
 scheme = scheme_of(mesh, "conservative")

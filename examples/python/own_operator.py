@@ -5,9 +5,9 @@ Turning about x and then y, less y and then x, is turning about z: on the sphere
 
 import numpy as np
 
+from geomhw.flow.initial_fields import rigid_field
 from geomhw.mesh.primitives import icosphere
-from geomhw.methods.flow_fields import rigid_field
-from geomhw.operators.directional import DirectionalDerivative
+from geomhw.operators.directional_derivative import DirectionalDerivative
 from geomhw.operators.laplacian import lumped_mass
 
 for level in (3, 4, 5):

@@ -4,9 +4,9 @@
 says beforehand whether that can work. ``replacing`` makes any other file appear whole or not at all.
 """
 
+from geomhw.io.artifacts.image import write_png
 from geomhw.io.atomic import replacing
 from geomhw.io.fields import field_file, read_field
-from geomhw.io.image import write_png
 from geomhw.io.reading import READABLE, read, read_cloud, read_mesh
 from geomhw.io.writing import WRITABLE, check_outputs, write, write_cloud
 

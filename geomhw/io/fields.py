@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geomhw.errors import FieldError
-from geomhw.io.content import content
-from geomhw.io.numpy_file import read_numpy
+from geomhw.io.artifacts.numpy_file import read_numpy
+from geomhw.io.file_bytes import content
 from geomhw.io.reading import READABLE, read
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.results import Field, Location

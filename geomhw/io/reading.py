@@ -4,10 +4,10 @@ from collections.abc import Callable
 from pathlib import Path
 
 from geomhw.errors import FormatError
-from geomhw.io import external
-from geomhw.io.content import content
-from geomhw.io.obj import read_obj
-from geomhw.io.off import read_off
+from geomhw.io.file_bytes import content
+from geomhw.io.formats import meshio_read
+from geomhw.io.formats.obj_read import read_obj
+from geomhw.io.formats.off_read import read_off
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.results import Cloud, Result
 
@@ -15,31 +15,31 @@ _Reader = Callable[[str, bytes], Result]
 
 
 def _vtp(name: str, data: bytes) -> Result:
-    from geomhw.io.vtk_xml import read_vtp
+    from geomhw.io.formats.vtk_xml_read import read_vtp
 
     return read_vtp(name, data)
 
 
 def _vtu(name: str, data: bytes) -> Result:
-    from geomhw.io.vtk_xml import read_vtu
+    from geomhw.io.formats.vtk_xml_read import read_vtu
 
     return read_vtu(name, data)
 
 
 def _vtk(name: str, data: bytes) -> Result:
-    from geomhw.io.vtk_legacy import read_vtk
+    from geomhw.io.formats.vtk_read import read_vtk
 
     return read_vtk(name, data)
 
 
 def _ply(name: str, data: bytes) -> Result:
-    from geomhw.io.ply_read import read_ply
+    from geomhw.io.formats.ply_read import read_ply
 
     return read_ply(name, data)
 
 
 def _stl(name: str, data: bytes) -> Result:
-    from geomhw.io.stl import read_stl
+    from geomhw.io.formats.stl_read import read_stl
 
     return read_stl(name, data)
 
@@ -56,7 +56,7 @@ _READERS: dict[str, _Reader] = {
 }
 
 #: Extensions that ``read`` knows.
-READABLE = (*_READERS, *external.FORMATS)
+READABLE = (*_READERS, *meshio_read.FORMATS)
 
 
 def read(path: str | Path) -> Result:
@@ -70,7 +70,7 @@ def read(path: str | Path) -> Result:
         said = f"'{path.suffix}' is not a mesh format that is read" if path.suffix else "the name has no extension"
         raise FormatError(f"{path}: {said}; known are {' '.join(READABLE)}")
     data = _bytes(path)
-    return _READERS[extension](path.name, data) if extension in _READERS else external.read_external(path)
+    return _READERS[extension](path.name, data) if extension in _READERS else meshio_read.read_external(path)
 
 
 def read_mesh(path: str | Path) -> TriangleMesh:
@@ -80,7 +80,7 @@ def read_mesh(path: str | Path) -> TriangleMesh:
 
 def read_cloud(path: str | Path) -> Cloud:
     """The points of a ``.vtp`` with the arrays on them; faces are passed over."""
-    from geomhw.io.vtk_xml import read_vtp_cloud
+    from geomhw.io.formats.vtk_xml_read import read_vtp_cloud
 
     path = Path(path)
     return read_vtp_cloud(path.name, _bytes(path))
@@ -88,4 +88,4 @@ def read_cloud(path: str | Path) -> Cloud:
 
 def _bytes(path: Path) -> bytes:
     """What is in the file; one that is empty is refused."""
-    return content(path, 1 if path.suffix.lower() in external.FORMATS else None)
+    return content(path, 1 if path.suffix.lower() in meshio_read.FORMATS else None)

@@ -8,8 +8,8 @@ import numpy as np
 
 from geomhw.errors import FieldError, FormatError
 from geomhw.io.atomic import replacing, why_not_written
-from geomhw.io.ply import write_ply
-from geomhw.io.vtk import write_legacy_vtk, write_vtp, write_vtp_cloud, write_vtu
+from geomhw.io.formats.ply_write import write_ply
+from geomhw.io.formats.vtk_write import write_legacy_vtk, write_vtp, write_vtp_cloud, write_vtu
 from geomhw.results import Cloud, Result
 
 _WRITERS: dict[str, Callable[[Result, Path], None]] = {

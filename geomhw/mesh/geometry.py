@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from geomhw.mesh.arrays import Floats, Ints, pieces, summed
+from geomhw.arrays import Floats, Ints, pieces, summed
 
 #: Coordinates are trusted to this many units in their last place.
 ROUNDING_UNITS = 8

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from geomhw.mesh.arrays import Floats
+from geomhw.arrays import Floats
 from geomhw.mesh.triangle_mesh import TriangleMesh
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from geomhw.mesh import sides
+from geomhw.mesh import orientation_signs
 from geomhw.mesh.triangle_mesh import TriangleMesh
 
 
@@ -14,10 +14,10 @@ def distinct(mesh: TriangleMesh) -> TriangleMesh:
 
 
 def agreeing(mesh: TriangleMesh) -> TriangleMesh:
-    """The mesh with faces turned by `sides.face_signs`, (a, b, c) to (a, c, b); itself if there is nothing to turn."""
+    """The mesh with faces turned by `face_signs`, (a, b, c) to (a, c, b); itself if there is nothing to turn."""
     if mesh.is_oriented:
         return mesh
-    turn = sides.face_signs(mesh.edge_table)[:, None] < 0
+    turn = orientation_signs.face_signs(mesh.edge_table)[:, None] < 0
     return TriangleMesh(mesh.vertices, np.where(turn, mesh.faces[:, [0, 2, 1]], mesh.faces))
 
 
@@ -31,5 +31,5 @@ def two_sided_cover(mesh: TriangleMesh) -> TriangleMesh:
     single = distinct(mesh)
     if single.is_orientable:
         return agreeing(single)
-    faces = sides.cover_faces(single.faces, single.corner_signs, single.n_vertices)
+    faces = orientation_signs.cover_faces(single.faces, single.corner_signs, single.n_vertices)
     return TriangleMesh(np.concatenate([mesh.vertices, mesh.vertices]), faces)

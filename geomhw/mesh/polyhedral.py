@@ -5,9 +5,9 @@ from functools import cached_property
 
 import numpy as np
 
+from geomhw.arrays import Floats, Ints, frozen, pieces
 from geomhw.errors import MeshError
 from geomhw.mesh import geometry, topology
-from geomhw.mesh.arrays import Floats, Ints, frozen, pieces
 
 
 class PolyhedralSurface(ABC):

@@ -8,8 +8,8 @@ from typing import Literal
 
 import numpy as np
 
+from geomhw.arrays import Floats, Ints
 from geomhw.errors import MeshError
-from geomhw.mesh.arrays import Floats, Ints
 from geomhw.mesh.geometry import unit
 from geomhw.mesh.topology import unique_edges
 from geomhw.mesh.triangle_mesh import TriangleMesh

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from geomhw.mesh.arrays import Floats, Ints
+from geomhw.arrays import Floats, Ints
 
 
 class OneRings:

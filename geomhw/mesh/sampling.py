@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from geomhw.mesh.arrays import Floats, Ints
-from geomhw.mesh.hilbert import hilbert_keys
+from geomhw.arrays import Floats, Ints
+from geomhw.mesh.hilbert_curve import hilbert_keys
 from geomhw.mesh.triangle_mesh import TriangleMesh
 
 #: Samples a point from which points that keep their distance are chosen, rounds of that, and for how many points.

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from geomhw.mesh.arrays import Ints, frozen
+from geomhw.arrays import Ints, frozen
 
 
 @dataclass(frozen=True)

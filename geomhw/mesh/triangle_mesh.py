@@ -6,9 +6,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
+from geomhw.arrays import Floats, Ints, frozen
 from geomhw.errors import MeshError
-from geomhw.mesh import geometry, sides, tangent, topology
-from geomhw.mesh.arrays import Floats, Ints, frozen
+from geomhw.mesh import geometry, orientation_signs, tangent_frames, topology
 from geomhw.mesh.polyhedral import PolyhedralSurface
 
 #: Coordinates go up to this, and the mesh is no smaller than one over it.
@@ -66,14 +66,14 @@ class TriangleMesh(PolyhedralSurface):
 
     @cached_property
     def corner_signs(self) -> Ints:
-        """How a face's normal counts at its corners, (m, 3): `sides.corner_signs`; 0 for a copy of an earlier face."""
+        """Sign of a face's normal at its corners, (m, 3), by `corner_signs`; 0 for a duplicate face."""
         copies = self.duplicate_faces[:, 0]
         if self.is_oriented and not len(copies):
             return frozen(np.ones(self.faces.shape, dtype=np.int64))
         first = np.delete(np.arange(self.n_faces), copies)
         edges = topology.unique_edges(self.faces[first]) if len(copies) else self.edge_table
         signs = np.zeros(self.faces.shape, dtype=np.int64)
-        signs[first] = sides.corner_signs(self.faces[first], edges)
+        signs[first] = orientation_signs.corner_signs(self.faces[first], edges)
         return frozen(signs)
 
     @cached_property
@@ -94,7 +94,7 @@ class TriangleMesh(PolyhedralSurface):
 
         e1 points along the edge that starts the vertex's lowest-numbered face, projected to the plane.
         """
-        return frozen(tangent.vertex_frames(self.vertices, self.faces, self.vertex_normals))
+        return frozen(tangent_frames.vertex_frames(self.vertices, self.faces, self.vertex_normals))
 
     # -- edges and topology --------------------------------------------------------------------------------------
 
@@ -112,7 +112,7 @@ class TriangleMesh(PolyhedralSurface):
     @cached_property
     def edge_signs(self) -> Ints:
         """-1 for edges whose vertex normals lie on opposite sides of the surface, else 1, (e,); all 1 if it has two."""
-        return frozen(sides.edge_signs(self.corner_signs, self.edge_table))
+        return frozen(orientation_signs.edge_signs(self.corner_signs, self.edge_table))
 
     @cached_property
     def boundary_loops(self) -> list[Ints]:

@@ -6,7 +6,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from geomhw.mesh.arrays import Floats, Ints, summed
+from geomhw.arrays import Floats, Ints, summed
 
 
 def edge_matrix(edges: Ints, values: NDArray[Any], diagonal: Floats) -> sp.csr_array:

@@ -3,7 +3,7 @@
 import numpy as np
 import scipy.sparse as sp
 
-from geomhw.mesh.arrays import Floats, pieces
+from geomhw.arrays import Floats, pieces
 from geomhw.mesh.geometry import at_corners, corner_sum, cross
 from geomhw.mesh.polyhedral import PolyhedralSurface
 

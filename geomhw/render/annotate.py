@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from geomhw.mesh.arrays import Floats
+from geomhw.arrays import Floats
 from geomhw.render import colors
 from geomhw.render.colors import Shades
 from geomhw.render.layers import Theme

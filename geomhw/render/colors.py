@@ -6,8 +6,8 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from geomhw.arrays import Floats
 from geomhw.errors import FieldError
-from geomhw.mesh.arrays import Floats
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.render.layers import Surface
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from geomhw.mesh.arrays import Floats, Ints
+from geomhw.arrays import Floats, Ints
 from geomhw.mesh.geometry import corner_sum, lengths, rows, unit, vector_sum
 from geomhw.mesh.topology import inner_pairs
 from geomhw.mesh.triangle_mesh import TriangleMesh

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from geomhw.mesh.arrays import Floats, Ints
+from geomhw.arrays import Floats, Ints
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.render.layers import LIGHT, Arrows, Panel, Streaks, Surface, Theme
 from geomhw.render.panels import PANEL_WIDTH, Drawing

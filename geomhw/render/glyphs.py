@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from geomhw.mesh.arrays import Floats, Ints
+from geomhw.arrays import Floats, Ints
 from geomhw.mesh.geometry import unit
 
 #: An arrow along +x of length one round the origin: shaft and head, (corners, 2), and its triangles.

@@ -10,7 +10,7 @@ from functools import reduce
 import numpy as np
 from numpy.typing import NDArray
 
-from geomhw.mesh.arrays import Floats
+from geomhw.arrays import Floats
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.render import glyphs
 

@@ -7,7 +7,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from geomhw.mesh.arrays import Floats
+from geomhw.arrays import Floats
 
 Color = str  # "#rrggbb"
 

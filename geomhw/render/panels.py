@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from geomhw.mesh.arrays import Floats
+from geomhw.arrays import Floats
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.render import annotate
 from geomhw.render.colors import shade

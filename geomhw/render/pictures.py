@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from geomhw.arrays import Floats
 from geomhw.errors import FieldError
-from geomhw.mesh.arrays import Floats
 from geomhw.render.layers import LIGHT, Arrows, Marker, Panel, Surface, Theme
 from geomhw.render.panels import PANEL_WIDTH, draw
 from geomhw.render.scene import Image

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from geomhw.mesh.arrays import Floats
+from geomhw.arrays import Floats
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.render import creases, glyphs, hidden
 from geomhw.render.colors import Shades, shade

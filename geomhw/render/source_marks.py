@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from geomhw.mesh.arrays import Floats
+from geomhw.arrays import Floats
 from geomhw.mesh.geometry import unit
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.render.layers import Color, Curves, Marker

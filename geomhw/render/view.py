@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from geomhw.mesh.arrays import Floats, Ints
+from geomhw.arrays import Floats, Ints
 from geomhw.mesh.geometry import unit
 from geomhw.mesh.sampling import area_samples, points_on
 from geomhw.mesh.triangle_mesh import TriangleMesh

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from geomhw.errors import ConvergenceError
 from geomhw.solvers.cholmod import Cholmod
-from geomhw.solvers.costs import OCCASIONAL, FactorName, Work, cheapest
+from geomhw.solvers.cost_model import OCCASIONAL, FactorName, Work, cheapest
 from geomhw.solvers.fronts import BlockCholesky
 from geomhw.solvers.superlu import SuperLU
 from geomhw.solvers.threads import single_threaded

@@ -16,7 +16,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from geomhw.mesh.arrays import Floats, Ints
+from geomhw.arrays import Floats, Ints
 
 #: Landmarks that unknowns get their coordinates from.
 LANDMARKS = 4

@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from geomhw.arrays import Ints
 from geomhw.errors import ConvergenceError
-from geomhw.mesh.arrays import Ints
 
 NO_SOLUTION = "the linear system has no finite solution; look for faces of nearly no area"
 NOT_DEFINITE = "the matrix is not positive definite"

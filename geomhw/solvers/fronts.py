@@ -19,8 +19,8 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from geomhw.arrays import Ints
 from geomhw.errors import ConvergenceError
-from geomhw.mesh.arrays import Ints
 from geomhw.solvers.dissection import Dissection
 from geomhw.solvers.factorization import NO_SOLUTION, NOT_DEFINITE
 from geomhw.solvers.permutation import permuted

@@ -10,8 +10,8 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from geomhw.arrays import Floats, dot
 from geomhw.errors import ConvergenceError
-from geomhw.mesh.arrays import Floats, dot
 from geomhw.solvers.gauss_seidel import diagonal_first, sweep
 from geomhw.solvers.superlu import SuperLU
 from geomhw.solvers.threads import single_threaded

@@ -3,7 +3,7 @@
 import numpy as np
 import scipy.sparse as sp
 
-from geomhw.mesh.arrays import Ints
+from geomhw.arrays import Ints
 
 
 def permuted(matrix: sp.csr_array, order: Ints) -> sp.csr_array:

@@ -12,9 +12,9 @@ import numpy as np
 import potpourri3d as pp3d
 from pygeodesic.geodesic import PyGeodesicAlgorithmExact
 
+from geomhw.arrays import Floats
+from geomhw.geodesic.heat_method import HeatDistance
 from geomhw.io import read_mesh
-from geomhw.mesh.arrays import Floats
-from geomhw.methods.heat_distance import HeatDistance
 
 DATA = Path(__file__).parents[2] / "data"
 OURS = ["creature.obj", "torus.off", "genus2.off"]

@@ -19,8 +19,8 @@ from pathlib import Path
 import numpy as np
 from solvers import SOLVERS
 
+from geomhw.arrays import Floats
 from geomhw.io import read_mesh
-from geomhw.mesh.arrays import Floats
 from geomhw.mesh.primitives import icosphere, strip
 from geomhw.mesh.topology import unique_edges
 from geomhw.mesh.triangle_mesh import TriangleMesh

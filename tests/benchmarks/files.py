@@ -140,7 +140,7 @@ def reader(library: str, path: str) -> tuple[Callable[[], Any], str]:
         return lambda: igl.read_triangle_mesh(path), path
     from geomhw.io import read
 
-    import_module("geomhw.io.ply_read")  # else imported at the first file
+    import_module("geomhw.io.formats.ply_read")  # else imported at the first file
 
     return lambda: read(path), path
 

@@ -13,12 +13,12 @@ from pathlib import Path
 import numpy as np
 import potpourri3d as pp3d
 
+from geomhw.geodesic.heat_method import HeatDistance
+from geomhw.geodesic.many_sources import block_size
 from geomhw.io import read_mesh
 from geomhw.mesh.primitives import icosphere
+from geomhw.mesh.surface_points import vertex_sources
 from geomhw.mesh.triangle_mesh import TriangleMesh
-from geomhw.methods.distance_rows import block_size
-from geomhw.methods.heat_distance import HeatDistance
-from geomhw.methods.sources import vertex_sources
 
 TURNS = 5
 #: Questions to the peer a turn.

@@ -10,16 +10,16 @@ from collections.abc import Callable
 import numpy as np
 import scipy.sparse as sp
 
-from geomhw.mesh.distances import edge_path_distance
+from geomhw.geodesic.edge_paths import edge_path_distance
 from geomhw.mesh.primitives import grid, icosphere, strip
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.operators.laplacian import lumped_mass, stiffness
 from geomhw.solvers.cholmod import Cholmod, installed
 from geomhw.solvers.fronts import BlockCholesky
-from geomhw.solvers.grounding import balanced, free_unknowns
+from geomhw.solvers.heat_sweeps import over_relaxation, solve_by_sweeps
 from geomhw.solvers.multigrid import MultigridSolver
+from geomhw.solvers.nullspace import balanced, free_unknowns
 from geomhw.solvers.superlu import SuperLU
-from geomhw.solvers.sweeps import over_relaxation, solve_by_sweeps
 from geomhw.solvers.threads import single_threaded
 
 MESHES: dict[str, Callable[[], TriangleMesh]] = {

@@ -25,8 +25,8 @@ def geomhw(solver: str = "auto", refine: bool = False, heat_for: str = "auto") -
     import pyamg  # noqa: F401  as compiled peers, which are loaded before the clock starts
     import scipy.sparse.csgraph  # noqa: F401
 
+    from geomhw.geodesic.heat_method import HeatDistance
     from geomhw.mesh.triangle_mesh import TriangleMesh
-    from geomhw.methods.heat_distance import HeatDistance
 
     def prepare(V: Floats, F: NDArray[Any]) -> Callable[[int], Floats]:
         method: Any = HeatDistance(TriangleMesh(V, F), heat_for, solver=solver, refine=refine)  # type: ignore[arg-type]
@@ -101,7 +101,7 @@ def transport(peer: bool) -> Prepare:
     import scipy.sparse.csgraph  # noqa: F401
 
     from geomhw.mesh.triangle_mesh import TriangleMesh
-    from geomhw.methods.vector_heat import VectorHeat
+    from geomhw.transport.vector_heat import VectorHeat
 
     def prepare_ours(V: Floats, F: NDArray[Any]) -> Callable[[int], Floats]:
         mesh = TriangleMesh(V, F)

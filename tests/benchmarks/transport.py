@@ -12,15 +12,15 @@ from typing import Any
 import numpy as np
 import potpourri3d as pp3d
 
+from geomhw.arrays import Floats
 from geomhw.io import read_mesh
-from geomhw.mesh.arrays import Floats
-from geomhw.mesh.fans import edge_directions
 from geomhw.mesh.primitives import icosphere
+from geomhw.mesh.surface_points import default_source
 from geomhw.mesh.triangle_mesh import TriangleMesh
-from geomhw.methods.sources import default_source
-from geomhw.methods.vector_heat import VectorHeat, tangent_at
-from geomhw.operators.connection import Complexes, to_complex
+from geomhw.mesh.vertex_angles import edge_directions
+from geomhw.operators.connection_laplacian import Complexes, to_complex
 from geomhw.results import Result
+from geomhw.transport.vector_heat import VectorHeat, tangent_at
 
 DATA = Path(__file__).parents[2] / "data"
 OURS = ["creature.obj", "torus.off"]
@@ -120,7 +120,7 @@ def angle(one: Floats, other: Floats) -> Floats:
 
 def coherence(mesh: TriangleMesh, source: int, vector: Floats) -> Floats:
     """How much of the heat's vectors is left where all paths have blended, 1 to 0, (n,): |Y| over the scalar heat."""
-    from geomhw.methods.heat_flow import HeatFlow
+    from geomhw.geodesic.heat_step import HeatFlow
 
     impulse = np.zeros(mesh.n_vertices)
     impulse[source] = np.linalg.norm(vector)

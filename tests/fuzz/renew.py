@@ -20,8 +20,8 @@ from vtkmodules.vtkIOLegacy import vtkPolyDataWriter, vtkUnstructuredGridWriter
 from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter, vtkXMLUnstructuredGridWriter
 
 from geomhw.io import write, write_cloud
-from geomhw.io.checkpoint import write_checkpoint
-from geomhw.io.series import SeriesWriter
+from geomhw.io.artifacts.checkpoint import write_checkpoint
+from geomhw.io.artifacts.series import SeriesWriter
 from geomhw.results import Cloud, Field
 
 CORPUS = Path(__file__).resolve().parent / "corpus"

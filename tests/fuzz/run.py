@@ -66,7 +66,7 @@ def plain(name: str, runs: int) -> int:
 
 def every(names: list[str], runs: int) -> int:
     """All targets one after the other, each guided in processes of their own."""
-    from geomhw.io.external import FORMATS
+    from geomhw.io.formats.meshio_read import FORMATS
 
     total, failed = 0, []
     for name in names:

@@ -9,19 +9,20 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from geomhw.comparison.documents import compare_documents
-from geomhw.comparison.matrices import compare_matrices
-from geomhw.comparison.rules import Ignored, Tolerance
+from geomhw.compare.documents import compare_documents
+from geomhw.compare.matrices import compare_matrices
+from geomhw.compare.rules import Ignored, Tolerance
 from geomhw.errors import GeomhwError
-from geomhw.io import external_worker, read, read_cloud, read_field
-from geomhw.io.checkpoint import read_checkpoint
-from geomhw.io.document import read_json
-from geomhw.io.external import FORMATS, surface, understood
-from geomhw.io.image import read_png
-from geomhw.io.matrix import read_arrays
+from geomhw.io import read, read_cloud, read_field
+from geomhw.io.artifacts.checkpoint import read_checkpoint
+from geomhw.io.artifacts.document import read_json
+from geomhw.io.artifacts.image import read_png
+from geomhw.io.artifacts.matrix import read_arrays
+from geomhw.io.artifacts.series import read_series
+from geomhw.io.artifacts.table import read_csv
+from geomhw.io.formats import meshio_worker as external_worker
+from geomhw.io.formats.meshio_read import FORMATS, surface, understood
 from geomhw.io.reading import READABLE
-from geomhw.io.series import read_series
-from geomhw.io.table import read_csv
 from geomhw.mesh.triangle_mesh import TriangleMesh
 
 #: Four vertices, two faces: the mesh that fields are read for.

@@ -1,0 +1,144 @@
+"""Fields, colors and axes as they are written on the command line."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from geomhw_cli.specs.sources import SourceSpecs
+
+if TYPE_CHECKING:
+    from geomhw.arrays import Floats
+    from geomhw.fluid.vorticity import VorticityModel
+    from geomhw.mesh.triangle_mesh import TriangleMesh
+
+FIELD_HELP = (
+    "rotation:AXIS (tangential, unit length, times 10 h), rigid:AXIS (one radian a unit of time), AXIS being x, y, z "
+    "or X,Y,Z; or FILE:ARRAY, per face or per vertex"
+)
+COLOR_HELP = (
+    "hue (cos²(3z)), hue:AXIS (the same along an axis, from -1 to 1 over the mesh), stripes, x, y, z, blob:SOURCE (a "
+    "vertex, face:17, max-y, near:X,Y,Z, ...), or FILE:ARRAY per vertex"
+)
+FLOW_HELP = "random:SEED[:WAVES], rossby-haurwitz:DEGREE, vortices:V1=+1,V2=-1, harmonic:K"
+_KINDS = ("hue", "rotation", "rigid", "random", "blob", "rossby-haurwitz", "vortices", "harmonic")
+_AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+
+
+def files_of(*specs: str) -> list[Path]:
+    """The files that specs of the form FILE:ARRAY read."""
+    from geomhw.io import field_file
+
+    return [field_file(spec) for spec in specs if _is_file(spec)]
+
+
+def field(spec: str, mesh: "TriangleMesh") -> "Floats":
+    """A vector field per face, (m, 3)."""
+    from geomhw.flow.initial_fields import rigid_field, rotation_field
+    from geomhw.flow.tangent_fields import face_vectors
+    from geomhw.io import read_field
+
+    kind, _, rest = spec.partition(":")
+    if kind == "rotation":
+        return rotation_field(mesh, axis(rest))
+    if kind == "rigid":
+        return rigid_field(mesh, axis(rest))
+    if _is_file(spec):
+        return face_vectors(mesh, read_field(spec, mesh))
+    raise click.UsageError(f"'{spec}' is no field; give {FIELD_HELP}.")
+
+
+def flow(spec: str, mesh: "TriangleMesh", model: "VorticityModel | None" = None) -> "Floats":
+    """An initial velocity per face, (m, 3): any field, or one of those that a fluid knows.
+
+    model: of the mesh, if there is one already; it is made where it is needed.
+    """
+    from geomhw.flow.initial_fields import random_field
+    from geomhw.fluid import initial
+    from geomhw.fluid.vorticity import VorticityModel
+
+    kind, _, rest = spec.partition(":")
+    if kind == "random":
+        seed, _, waves = rest.partition(":")
+        return random_field(mesh, whole(seed, spec), whole(waves or "8", spec))
+    if kind == "rossby-haurwitz":
+        return initial.rossby_haurwitz(model or VorticityModel(mesh), whole(rest, spec))
+    if kind == "harmonic":
+        return initial.harmonic(model or VorticityModel(mesh), whole(rest, spec))
+    if kind == "vortices":
+        return initial.vortices(model or VorticityModel(mesh), _circulations(rest, spec))
+    return field(spec, mesh)
+
+
+def color(spec: str, mesh: "TriangleMesh") -> "Floats":
+    """A color per vertex: one number, (n,), or RGB, (n, 3)."""
+    import numpy as np
+
+    from geomhw.errors import FieldError
+    from geomhw.flow.initial_fields import bump, hue_stripes
+    from geomhw.io import read_field
+
+    kind, _, rest = spec.partition(":")
+    if spec in _AXES:
+        return np.array(mesh.vertices[:, "xyz".index(spec)])
+    if spec == "hue":
+        return hue_stripes(mesh)
+    if kind == "hue":
+        return hue_stripes(mesh, axis(rest))
+    if spec == "stripes":
+        return np.cos(5 * mesh.vertices[:, 2])
+    if kind == "blob":
+        return bump(mesh, _one_point(rest, spec, mesh))
+    if _is_file(spec):
+        found = read_field(spec, mesh)
+        values = np.asarray(found.values, dtype=float)
+        if values.ndim == 2 and found.values.dtype == np.uint8:
+            values = values / 255  # RGB as bytes
+        if found.location != "vertex" or values.ndim > 2 or (values.ndim == 2 and values.shape[1] not in (1, 3)):
+            raise FieldError(f"'{spec}' is no color: it needs one or three numbers per vertex")
+        return values.squeeze()
+    raise click.UsageError(f"'{spec}' is no color; give {COLOR_HELP}.")
+
+
+def _one_point(text: str, spec: str, mesh: "TriangleMesh") -> "Floats":
+    """The position of a source that is a single point, (3,)."""
+    from geomhw.errors import FieldError
+
+    points: Floats = SourceSpecs.parse([text]).on(mesh).positions(mesh)
+    if len(points) != 1:
+        raise FieldError(f"'{spec}' names {len(points)} points; a blob has one")
+    return points[0]
+
+
+def axis(text: str) -> "Floats":
+    """x, y, z, or three numbers with commas between."""
+    import numpy as np
+
+    try:
+        values = np.array(_AXES[text] if text in _AXES else [float(part) for part in text.split(",")])
+    except ValueError:
+        values = np.empty(0)
+    if values.shape != (3,) or not np.isfinite(values).all() or not values.any():
+        raise click.UsageError(f"'{text}' is no axis; give x, y, z, or a direction such as 1,0,2.")
+    return values
+
+
+def whole(text: str, spec: str) -> int:
+    """A whole number within a spec."""
+    if not text.isdecimal():
+        raise click.UsageError(f"'{spec}' needs a whole number after the colon.")
+    return int(text)
+
+
+def _circulations(text: str, spec: str) -> dict[int, float]:
+    """``V1=+1,V2=-1`` as vertices and circulations."""
+    try:
+        pairs = [pair.split("=") for pair in text.split(",")]
+        return {whole(vertex, spec): float(value) for vertex, value in pairs}
+    except ValueError:
+        raise click.UsageError(f"'{spec}' names no vortices; give VERTEX=CIRCULATION,... such as 3=1,80=-1.") from None
+
+
+def _is_file(spec: str) -> bool:
+    kind = spec.partition(":")[0]
+    return "." in spec and kind not in _KINDS
