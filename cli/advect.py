@@ -6,7 +6,7 @@ from pathlib import Path
 import click
 
 from geomhw_cli import options
-from geomhw_cli.runtime.frame_writer import Reel, reel_options
+from geomhw_cli.runtime.frame_writer import FrameWriter, frame_options
 from geomhw_cli.runtime.job import Job
 from geomhw_cli.runtime.progress import progress
 from geomhw_cli.specs import fields
@@ -26,7 +26,7 @@ from geomhw_cli.specs import fields
     show_default=True,
     help="I + tD + t²D²/2, or the exponential to rounding; either splits a step that is too large for it.",
 )
-@reel_options
+@frame_options
 @options.json_option
 @options.quiet_option
 def advect(
@@ -66,9 +66,9 @@ def advect(
 
     inputs = fields.files_of(field_spec, color_spec)
     job = Job("advect", mesh_path, as_json=as_json, quiet=quiet)
-    reel = Reel.plan(job, output, gif, mp4, png, csv, inputs)
+    writer = FrameWriter.plan(job, output, gif, mp4, png, csv, inputs)
     mesh = job.read()
-    with job.stage("compute and write"), progress("advect") as bar, reel.behind:
+    with job.stage("compute and write"), progress("advect") as bar, writer.background:
         flow = FlowMap(mesh, fields.field(field_spec, mesh), integrator)  # type: ignore[arg-type]
         tracing = Tracing(mesh) if tracers else None
         carried = tracing.start(tracers) if tracing and tracers else None
@@ -77,10 +77,10 @@ def advect(
             if tracing and carried:
                 carried = tracing.step(carried, flow.field, frame.report["time"])
                 cloud = tracing.cloud(carried, flow.field, frame["color"])
-            reel.add(frame.report["time"], frame, frame.report, cloud)
+            writer.add(frame.report["time"], frame, frame.report, cloud)
             bar(frame.report["step"] / steps)
-    reel.finish(partial(flow_film, width=width), contact_sheet)
-    low, high = reel.rows[-1]["color_min"], reel.rows[-1]["color_max"]
+    writer.finish(partial(flow_film, width=width), contact_sheet)
+    low, high = writer.rows[-1]["color_min"], writer.rows[-1]["color_max"]
     parameters = {
         "field": field_spec,
         "color": color_spec,
@@ -91,9 +91,9 @@ def advect(
     }
     job.finish(
         mesh,
-        parameters | {"integrator": integrator, "frames": len(reel.rows), "last": reel.rows[-1]},
+        parameters | {"integrator": integrator, "frames": len(writer.rows), "last": writer.rows[-1]},
         [
-            f"time: {reel.rows[-1]['time']:.6g} in {steps} steps, {len(reel.rows)} frames",
+            f"time: {writer.rows[-1]['time']:.6g} in {steps} steps, {len(writer.rows)} frames",
             f"color: {low:.4g} to {high:.4g} at the end",
         ],
     )

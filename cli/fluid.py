@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from geomhw_cli import options
-from geomhw_cli.runtime.frame_writer import Reel, reel_options
+from geomhw_cli.runtime.frame_writer import FrameWriter, frame_options
 from geomhw_cli.runtime.job import Job
 from geomhw_cli.runtime.progress import progress
 from geomhw_cli.runtime.resume import resumed, save_state
 from geomhw_cli.specs import fields
 
 if TYPE_CHECKING:
-    from geomhw.fluid.run import Moment
-    from geomhw.fluid.state import Force, Gauges, Scheme
+    from geomhw.fluid.run import Snapshot
+    from geomhw.fluid.state import Diagnostics, Force, Scheme
 
 FORCES = ("jet", "none")
 DEFAULT_DT = 0.0005
@@ -63,7 +63,7 @@ DEFAULT_STEPS = 1980
 @click.option("--until", metavar="T", type=float, help="Instead: time to end at, exactly.")
 @click.option("--every", metavar="K", type=int, default=66, show_default=True, help="Steps from frame to frame.")
 @click.option("--restart", metavar="FILE", type=options.FILE, help="Go on from <OUT>.restart.npz of an earlier run.")
-@reel_options
+@frame_options
 @options.json_option
 @options.quiet_option
 def fluid(
@@ -97,7 +97,7 @@ def fluid(
       geomhw fluid data/genus2.off --steps 40 --every 10 --csv energy.csv
     """
     from geomhw.fluid.run import run
-    from geomhw.fluid.state import Gauges
+    from geomhw.fluid.state import Diagnostics
     from geomhw.fluid.traced import TracedScheme
     from geomhw.fluid.vorticity_scheme import VorticityScheme
     from geomhw.render.flow_pictures import contact_sheet, flow_film
@@ -105,35 +105,35 @@ def fluid(
     plan = _plan(choices)
     inputs = fields.files_of(choices["init"], choices["color_spec"])
     job = Job("fluid", mesh_path, as_json=as_json, quiet=quiet)
-    reel = Reel.plan(job, output, gif, mp4, png, csv, inputs)
-    mesh = job.read_agreeing()
+    writer = FrameWriter.plan(job, output, gif, mp4, png, csv, inputs)
+    mesh = job.read_oriented()
     with job.stage("set up"):
         untraced, force = _scheme(mesh, choices), _force(mesh, choices, plan.dt)
         scheme = TracedScheme(untraced, choices["tracers"]) if choices["tracers"] else untraced
-        gauges = Gauges(scheme)
-        state = resumed(reel, mesh, restart, choices) if restart else None
+        diagnostics = Diagnostics(scheme)
+        state = resumed(writer, mesh, restart, choices) if restart else None
         if state is None:
             model = untraced.model if isinstance(untraced, VorticityScheme) else None
             velocity = fields.flow(choices["init"], mesh, model)
             state = scheme.start(velocity, fields.color(choices["color_spec"], mesh))
     try:
-        with job.stage("compute and write"), progress("fluid") as bar, reel.behind:
-            for moment in run(scheme, state, plan, force):
-                _save(reel, scheme, gauges, moment, choices)
-                bar(plan.share(moment.state))
+        with job.stage("compute and write"), progress("fluid") as bar, writer.background:
+            for snapshot in run(scheme, state, plan, force):
+                _save(writer, scheme, diagnostics, snapshot, choices)
+                bar(plan.share(snapshot.state))
     except KeyboardInterrupt:
-        if not reel.rows:
+        if not writer.rows:
             raise
-        kept = f"{reel.series.path} is valid up to step {reel.rows[-1]['step']}"
-        raise click.ClickException(f"interrupted; {kept}, go on with --restart {reel.checkpoint}") from None
-    reel.finish(partial(flow_film, width=width), contact_sheet)
-    first, last = reel.rows[0], reel.rows[-1]
-    lines = [f"time: {last['time']:.6g} after {last['step']} steps, {len(reel.rows)} frames"]
+        kept = f"{writer.series.path} is valid up to step {writer.rows[-1]['step']}"
+        raise click.ClickException(f"interrupted; {kept}, go on with --restart {writer.checkpoint}") from None
+    writer.finish(partial(flow_film, width=width), contact_sheet)
+    first, last = writer.rows[0], writer.rows[-1]
+    lines = [f"time: {last['time']:.6g} after {last['step']} steps, {len(writer.rows)} frames"]
     if first["energy"]:
         lines.append(f"energy: {last['energy'] / first['energy']:.10g} of that at the start")
     if choices["scheme"] == "handout":
         lines.append("note: the handout's scheme damps the flow at every step, however short; others do not")
-    job.finish(mesh, {**choices, "frames": len(reel.rows), "first": first, "last": last}, lines)
+    job.finish(mesh, {**choices, "frames": len(writer.rows), "first": first, "last": last}, lines)
 
 
 def _plan(choices: dict[str, Any]) -> Any:
@@ -169,14 +169,16 @@ def _force(mesh: Any, choices: dict[str, Any], dt: float | None) -> "Force | Non
     return top_jet(mesh, dt) if choices["force_name"] == "jet" and dt else None
 
 
-def _save(reel: Reel, scheme: "Scheme", gauges: "Gauges", moment: "Moment", choices: dict[str, Any]) -> None:
+def _save(
+    writer: FrameWriter, scheme: "Scheme", diagnostics: "Diagnostics", snapshot: "Snapshot", choices: dict[str, Any]
+) -> None:
     """Hand over a frame, its line of the table and, where a run would pass that goes on, the state to restart from."""
     import numpy as np
 
     from geomhw.fluid.traced import TracedScheme
     from geomhw.results import Field, Result
 
-    state = moment.state
+    state = snapshot.state
     fields = [
         Field("color", "vertex", state.color),
         Field("vorticity", "vertex", scheme.vorticity(state)),
@@ -184,5 +186,5 @@ def _save(reel: Reel, scheme: "Scheme", gauges: "Gauges", moment: "Moment", choi
         Field("time", "mesh", np.array([state.time])),
     ]
     tracers = scheme.cloud(state) if isinstance(scheme, TracedScheme) else None
-    keep = partial(save_state, reel, scheme.mesh, state, choices) if moment.regular else None
-    reel.add(state.time, Result(scheme.mesh, fields), gauges(state, moment.dt), tracers, keep)
+    keep = partial(save_state, writer, scheme.mesh, state, choices) if snapshot.regular else None
+    writer.add(state.time, Result(scheme.mesh, fields), diagnostics(state, snapshot.dt), tracers, keep)

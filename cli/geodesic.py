@@ -7,16 +7,16 @@ from typing import Any
 import click
 
 from geomhw_cli import options
-from geomhw_cli.runtime.distance_batch import ManyJob, many_options
+from geomhw_cli.runtime.distance_batch import DistanceBatch, batch_options
 from geomhw_cli.runtime.job import Job, robust_line
-from geomhw_cli.specs.queries import Questions
+from geomhw_cli.specs.queries import DistanceQueries
 from geomhw_cli.specs.sources import SourceSpecs, shortened, source_line
 
 
 @click.command(no_args_is_help=True, short_help="Distance by the heat method.")
 @options.mesh_argument
 @options.source_option
-@many_options
+@batch_options
 @options.time_option
 @options.robust_option
 @options.refine_option
@@ -79,9 +79,9 @@ def geodesic(
       geomhw geodesic data/creature.obj --all-pairs -o D.npy
     """
     rest = {"source": sources.specs, "png": png, "single": single}
-    if questions := Questions.parse(all_pairs, pairs, source_file, rest):
+    if questions := DistanceQueries.parse(all_pairs, pairs, source_file, rest):
         choices = {"time": time, "robust": robust, "refine": refine, "boundary": boundary, "solver": solver}
-        ManyJob.plan(mesh_path, questions, outputs, single, {**choices, "as_json": as_json, "quiet": quiet}).run()
+        DistanceBatch.plan(mesh_path, questions, outputs, single, {**choices, "as_json": as_json, "quiet": quiet}).run()
         return
     from geomhw.geodesic.heat_method import HeatDistance
     from geomhw.render.pictures import HEAT_METHOD, geodesic_picture

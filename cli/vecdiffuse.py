@@ -13,7 +13,7 @@ from geomhw_cli.specs.sources import SourceSpecs, shortened, source_line
 
 if TYPE_CHECKING:
     from geomhw.arrays import Floats
-    from geomhw.mesh.surface_points import Sources
+    from geomhw.mesh.surface_points import SurfacePoints
     from geomhw.mesh.triangle_mesh import TriangleMesh
 
 
@@ -140,7 +140,7 @@ def vecdiffuse(
 
 def _vectors(
     mesh: "TriangleMesh",
-    sources: "Sources",
+    sources: "SurfacePoints",
     vectors: Sequence[Sequence[float]],
     angles: Sequence[float],
     seeds: Sequence[int],

@@ -12,7 +12,7 @@ _HOMES = {
     "TriangleMesh": "geomhw.mesh.triangle_mesh",
     "HeatDistance": "geomhw.geodesic.heat_method",
     "heat_distance": "geomhw.geodesic.heat_method",
-    "Sources": "geomhw.mesh.surface_points",
+    "SurfacePoints": "geomhw.mesh.surface_points",
     "VectorHeat": "geomhw.transport.vector_heat",
     "FlowMap": "geomhw.flow.flow_map",
     "Tracer": "geomhw.flow.tracer",

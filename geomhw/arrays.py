@@ -22,7 +22,7 @@ def frozen(array: NDArray[Any]) -> NDArray[Any]:
     return array
 
 
-def summed(values: NDArray[Any], places: Ints, size: int) -> NDArray[Any]:
+def scatter_add(values: NDArray[Any], places: Ints, size: int) -> NDArray[Any]:
     """Sum of the values, (k,), at each place 0 to size - 1, (size,), in their order; places: (k,).
 
     As ``bincount`` with weights, but faster: places are taken as they are.

@@ -7,7 +7,7 @@ from typing import TypeVar
 T = TypeVar("T")
 
 
-def begun(work: Callable[[], T]) -> Future[T]:
+def submit(work: Callable[[], T]) -> Future[T]:
     """Begin the work, while the caller goes on with something else; its errors come with its result.
 
     numpy and scipy let other threads run while they compute on arrays. Whatever both threads import has to be there

@@ -10,13 +10,13 @@ from functools import partial
 import pytest
 
 from geomhw.errors import FormatError
-from geomhw_cli.runtime.background_writer import Behind
+from geomhw_cli.runtime.background_writer import BackgroundWriter
 
 
 def test_in_order() -> None:
     """One after the other, all of them done on leaving."""
     done: list[int] = []
-    with Behind() as behind:
+    with BackgroundWriter() as behind:
         for k in range(50):
             behind(partial(done.append, k))
     assert done == list(range(50))
@@ -25,7 +25,7 @@ def test_in_order() -> None:
 def test_the_caller_goes_on() -> None:
     """A piece that waits for what the caller does after handing it over."""
     gate, passed = threading.Event(), []
-    with Behind() as behind:
+    with BackgroundWriter() as behind:
         behind(lambda: passed.append(gate.wait(10)))
         assert not passed
         gate.set()
@@ -40,7 +40,7 @@ def test_no_more_than_one_is_waited_for() -> None:
     """Of what is handed over to a slow writer, the one at hand is alive, and at most the one just done."""
     alive: weakref.WeakSet[Frame] = weakref.WeakSet()
     most = 0
-    with Behind() as behind:
+    with BackgroundWriter() as behind:
         for _ in range(6):
             frame = Frame()
             alive.add(frame)
@@ -57,7 +57,7 @@ def fail() -> None:
 def test_an_error_is_raised_at_the_next_piece() -> None:
     """And nothing is done after it."""
     done: list[int] = []
-    with Behind() as behind:
+    with BackgroundWriter() as behind:
         behind(partial(done.append, 1))
         behind(fail)
         for _ in range(2):
@@ -69,11 +69,11 @@ def test_an_error_is_raised_at_the_next_piece() -> None:
 
 def test_an_error_is_raised_on_leaving() -> None:
     """Of the last piece, which no other follows; the caller's own error is the one to tell."""
-    with pytest.raises(FormatError, match="no room"), Behind() as behind:
+    with pytest.raises(FormatError, match="no room"), BackgroundWriter() as behind:
         behind(fail)
 
     def both() -> None:
-        with Behind() as behind:
+        with BackgroundWriter() as behind:
             behind(fail)
             raise ValueError("mine")
 
@@ -92,7 +92,7 @@ def test_an_interrupt_waits_for_the_piece_at_hand() -> None:
         done.append("whole")
 
     def interrupted() -> None:
-        with Behind() as behind:
+        with BackgroundWriter() as behind:
             behind(slow)
             signal.raise_signal(signal.SIGINT)
 

@@ -20,7 +20,7 @@ from geomhw.geodesic.heat_method import HeatDistance
 from geomhw.geodesic.many_sources import block_size
 from geomhw.io.artifacts.table import read_csv
 from geomhw.mesh.primitives import grid, icosphere, torus
-from geomhw.mesh.surface_points import face_source, vertex_sources
+from geomhw.mesh.surface_points import face_point, vertex_points
 
 MESH = crumpled(torus(16, 13))  # 208 vertices, four blocks
 ALL = "geodesic mesh.off --time h2 --all-pairs -o D.npy"
@@ -113,7 +113,7 @@ def test_pairs(name: str) -> None:
     assert json.loads(answer.stdout)["queries"] == 4
     solver = HeatDistance(MESH, "h2")
     wanted = [
-        solver.from_sources(face_source(MESH, a) if b < 0 else vertex_sources(MESH, [a]))["distance"][abs(b)]
+        solver.from_sources(face_point(MESH, a) if b < 0 else vertex_points(MESH, [a]))["distance"][abs(b)]
         for a, b in ((0, 17), (5, 3), (0, 100), (17, -5), (3, 5), (5, 3))
     ]
     found = np.load(name) if name == "P.npy" else np.asarray(read_csv(name)["distance"])
@@ -264,12 +264,12 @@ def test_no_room_in_the_middle() -> None:
 
 def test_memory_does_not_grow_with_the_sources(monkeypatch: pytest.MonkeyPatch) -> None:
     """Four times as many rows of a matrix, of 2,562 numbers each, in a twentieth more memory at most."""
-    from geomhw_cli.specs.queries import Asked, Questions
+    from geomhw_cli.specs.queries import Asked, DistanceQueries
 
     save_off(icosphere(4), "large.off")
     peaks = []
     for count in (640, 640, 2560):  # the first for all that is imported
-        monkeypatch.setattr(Questions, "on", lambda self, mesh, count=count: Asked(count))
+        monkeypatch.setattr(DistanceQueries, "on", lambda self, mesh, count=count: Asked(count))
         tracemalloc.start()
         try:
             assert run("geodesic", "large.off", "--all-pairs", "-o", "D.npy").exit_code == 0

@@ -15,12 +15,12 @@ from geomhw.flow.tangent_fields import energy, tangential
 from geomhw.fluid import initial
 from geomhw.fluid.conservative import ConservativeScheme
 from geomhw.fluid.forces import top_jet
-from geomhw.fluid.passive_scalar import Dye
-from geomhw.fluid.rk4 import FastScheme
+from geomhw.fluid.passive_scalar import PassiveScalar
+from geomhw.fluid.rk4 import RK4Scheme
 from geomhw.fluid.run import Plan, run
 from geomhw.fluid.schemes import scheme_of
-from geomhw.fluid.stable_fluids import Advection, SplittingScheme
-from geomhw.fluid.state import FlowState, Gauges, Scheme
+from geomhw.fluid.stable_fluids import Advection, StableFluidsScheme
+from geomhw.fluid.state import Diagnostics, FlowState, Scheme
 from geomhw.fluid.vorticity import VorticityModel
 from geomhw.fluid.vorticity_scheme import VorticityScheme
 from geomhw.mesh.primitives import cylinder_band, icosphere, moebius_band, torus
@@ -68,7 +68,7 @@ def test_handout_dissipates_as_known(advection: Advection, kept: tuple[float, fl
     """Energy left of a wave after one revolution at Courant number ½, on 642 and 2,562 vertices, within a tenth."""
     for level, expected in zip((3, 4), kept, strict=True):
         mesh = icosphere(level)
-        scheme, V = SplittingScheme(mesh, advection), wave_velocity(mesh)
+        scheme, V = StableFluidsScheme(mesh, advection), wave_velocity(mesh)
         state = scheme.start(V, np.zeros(mesh.n_vertices))
         speed = np.linalg.norm(V, axis=1).max()
         steps = int(np.ceil(2 * np.pi / WAVE_RATE / (0.5 * mesh.mean_edge_length / speed)))
@@ -79,7 +79,7 @@ def test_handout_dissipates_as_known(advection: Advection, kept: tuple[float, fl
 def test_projection() -> None:
     """The projection takes a gradient to 0 and leaves a divergence-free field as it is."""
     mesh = zoo_mesh("crumpled_torus")
-    scheme = SplittingScheme(mesh)
+    scheme = StableFluidsScheme(mesh)
     color = np.zeros(mesh.n_vertices)
     slope = (gradient(mesh) @ mesh.vertices[:, 0]).reshape(-1, 3)
     assert np.abs(scheme.velocity(scheme.start(slope, color))).max() < 1e-12
@@ -92,7 +92,7 @@ def test_handout_step_is_its_three_steps() -> None:
     from geomhw.operators.averaging import faces_to_vertices, vertices_to_faces
 
     mesh = zoo_mesh("sphere")
-    scheme = SplittingScheme(mesh)
+    scheme = StableFluidsScheme(mesh)
     state = scheme.start(rotation_field(mesh, Z), mesh.vertices[:, 0])
     dt, push = 0.001, tangential(mesh, np.tile([0.0, 1.0, 0.0], (mesh.n_faces, 1)))
     V = scheme.velocity(state)
@@ -113,7 +113,7 @@ def test_always_free_of_divergence(scheme: str, name: str) -> None:
     mesh = zoo_mesh(name)
     stepper = scheme_of(mesh, scheme)  # type: ignore[arg-type]
     state = stepper.start(random_field(mesh, 2), blob(mesh, 0))
-    gauges = Gauges(stepper)
+    gauges = Diagnostics(stepper)
     for moment in run(stepper, state, Plan(cfl=0.5, steps=5), None):
         assert gauges(moment.state, moment.dt)["divergence"] < 1e-12
 
@@ -212,7 +212,7 @@ def test_random_vorticity_keeps_what_it_should() -> None:
     """300 steps at Courant number 1: energy to 1e-9, circulation to rounding, largest vorticity no larger."""
     mesh = icosphere(3)
     scheme = ConservativeScheme(mesh)
-    gauges = Gauges(scheme)
+    gauges = Diagnostics(scheme)
     moments = list(
         run(scheme, scheme.start(random_field(mesh, 1), blob(mesh, 5)), Plan(cfl=1.0, steps=300, every=50), None)
     )
@@ -248,15 +248,15 @@ def test_coefficients_are_named() -> None:
     band = cylinder_band(64, 8)
     scheme = ConservativeScheme(band)
     start = scheme.start(rigid_field(band, Z), np.zeros(band.n_vertices))
-    row = Gauges(scheme)(last(scheme, start, Plan(cfl=1.0, steps=3, every=3)), 1.0)
+    row = Diagnostics(scheme)(last(scheme, start, Plan(cfl=1.0, steps=3, every=3)), 1.0)
     radius = np.linalg.norm(band.vertices[0, :2])
     assert sorted(name for name in row if "_" in name and "color" not in name) == ["loop_0", "loop_1"]
     np.testing.assert_allclose(sorted([row["loop_0"], row["loop_1"]]), np.array([-2, 2]) * np.pi * radius**2, rtol=0.01)
-    donut = FastScheme(zoo_mesh("torus"))
+    donut = RK4Scheme(zoo_mesh("torus"))
     flow = donut.velocity(donut.start(random_field(donut.mesh, 1), np.zeros(donut.mesh.n_vertices)))
     state = donut.start(flow + 2 * donut.model.harmonic[1], np.zeros(donut.mesh.n_vertices))
-    plain = Gauges(donut)(donut.start(flow, np.zeros(donut.mesh.n_vertices)), 1.0)
-    full = Gauges(donut)(state, 1.0)
+    plain = Diagnostics(donut)(donut.start(flow, np.zeros(donut.mesh.n_vertices)), 1.0)
+    full = Diagnostics(donut)(state, 1.0)
     assert full["harmonic_1"] - plain["harmonic_1"] == pytest.approx(2)
     assert full["harmonic_0"] == pytest.approx(plain["harmonic_0"])
 
@@ -326,7 +326,7 @@ def test_color_keeps_its_bounds() -> None:
 def test_color_comes_back_from_a_turn(courant: float) -> None:
     """A bump carried once round the sphere is where it was, and as high, whatever the Courant number."""
     mesh = icosphere(4)
-    dye, V = Dye(VorticityModel(mesh)), rigid_field(mesh, np.array([0.3, 0.5, 0.8]))
+    dye, V = PassiveScalar(VorticityModel(mesh)), rigid_field(mesh, np.array([0.3, 0.5, 0.8]))
     D = DirectionalDerivative(mesh)(V)
     color = start = blob(mesh, 0)
     steps = int(np.ceil(2 * np.pi / (courant * mesh.mean_edge_length / np.linalg.norm(V, axis=1).max())))
@@ -460,7 +460,7 @@ def test_a_run_is_resumed_to_the_same_bits(scheme: str) -> None:
 def test_a_run_ends_in_time() -> None:
     """The last moment is at the time asked for, exactly, and is no regular frame if its step was cut."""
     mesh = zoo_mesh("sphere")
-    scheme = FastScheme(mesh)
+    scheme = RK4Scheme(mesh)
     start = scheme.start(rotation_field(mesh, Z), np.zeros(mesh.n_vertices))
     moments = list(run(scheme, start, Plan(dt=0.1, until=0.25, every=1), None))
     assert [m.state.time for m in moments] == pytest.approx([0, 0.1, 0.2, 0.25])
@@ -500,7 +500,7 @@ def test_refusals() -> None:
     with pytest.raises(FieldError, match="conservative, fast, handout"):
         scheme_of(mesh, "best")  # type: ignore[arg-type]
     with pytest.raises(FieldError, match="full, increment"):
-        SplittingScheme(mesh, "none")  # type: ignore[arg-type]
+        StableFluidsScheme(mesh, "none")  # type: ignore[arg-type]
     with pytest.raises(FieldError, match="viscosity"):
         ConservativeScheme(mesh, viscosity=-1.0)
     with pytest.raises(FieldError, match="viscosity"):

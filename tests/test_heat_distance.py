@@ -10,7 +10,7 @@ from geomhw.errors import FieldError, MeshError
 from geomhw.geodesic.diffusion_time import time_step
 from geomhw.geodesic.edge_paths import edge_path_distance
 from geomhw.geodesic.heat_method import HeatDistance, heat_distance
-from geomhw.geodesic.heat_step import HeatFlow
+from geomhw.geodesic.heat_step import HeatStep
 from geomhw.mesh.primitives import grid, icosphere, strip
 from geomhw.mesh.surface_points import default_source
 from geomhw.mesh.triangle_mesh import TriangleMesh
@@ -372,7 +372,7 @@ def test_boundary_conditions(name: str) -> None:
     source = int(inner[len(inner) // 2])
     impulse = np.zeros(mesh.n_vertices)
     impulse[source] = 1
-    flows = {b: HeatFlow(mesh, "h2", b) for b in ("neumann", "dirichlet", "average")}  # type: ignore[arg-type]
+    flows = {b: HeatStep(mesh, "h2", b) for b in ("neumann", "dirichlet", "average")}  # type: ignore[arg-type]
     heat = {b: flow.from_impulse(impulse).plain for b, flow in flows.items()}
     assert not heat["dirichlet"][mesh.boundary_vertices].any()
     np.testing.assert_allclose((flows["dirichlet"].matrix @ heat["dirichlet"])[inner], impulse[inner], atol=1e-12)

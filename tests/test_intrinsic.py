@@ -14,7 +14,7 @@ from geomhw.intrinsic import delaunay
 from geomhw.intrinsic.delaunay import DelaunayFlips
 from geomhw.intrinsic.intrinsic_mesh import IntrinsicMesh, mollified
 from geomhw.intrinsic.robust import RobustTriangulation
-from geomhw.intrinsic.tufted_cover import two_sided
+from geomhw.intrinsic.tufted_cover import tufted_cover
 from geomhw.mesh.geometry import corner_sum, heron_areas
 from geomhw.mesh.polyhedral import PolyhedralSurface
 from geomhw.mesh.primitives import grid, icosphere, moebius_band
@@ -68,7 +68,7 @@ def robust(request: pytest.FixtureRequest) -> tuple[TriangleMesh, RobustTriangul
 def unflipped(mesh: TriangleMesh, sheets: int) -> IntrinsicMesh:
     """What the flips start from."""
     grown = mollified(IntrinsicMesh.of(mesh))[0]
-    return two_sided(grown) if sheets == 2 else grown
+    return tufted_cover(grown) if sheets == 2 else grown
 
 
 def angle_sums(surface: PolyhedralSurface) -> np.ndarray:
@@ -176,7 +176,7 @@ def test_delaunay_is_left_alone() -> None:
 def test_two_sides_are_the_mesh_twice(name: str) -> None:
     """Averaged over both sides, stiffness and mass are those of the mesh; shortest edge paths too."""
     mesh = zoo_mesh(name)
-    double = two_sided(IntrinsicMesh.of(mesh))
+    double = tufted_cover(IntrinsicMesh.of(mesh))
     assert double.is_closed
     assert double.is_oriented
     S = stiffness(mesh)

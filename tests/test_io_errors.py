@@ -76,9 +76,9 @@ def test_meshio_that_exits_is_caught(tmp_path, capfd, monkeypatch):
 def test_meshio_that_finds_no_end_is_ended(tmp_path):
     """After BEGIN BULK, meshio's Nastran reader waits for a line for ever, at the end of the file too."""
     (tmp_path / "moo.bdf").write_text("BEGIN BULK\n")
-    begun = time.monotonic()
+    submit = time.monotonic()
     told = message(tmp_path / "moo.bdf")
-    assert time.monotonic() - begun < 30
+    assert time.monotonic() - submit < 30
     assert told.startswith("moo.bdf cannot be read as Nastran: not done after 1 s of computing")
 
 

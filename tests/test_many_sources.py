@@ -5,12 +5,12 @@ import pytest
 from conftest import ZOO, needs_reference, reference, sheared, split_diagonals, two_spheres, zoo_mesh
 
 from geomhw.errors import FieldError
-from geomhw.geodesic.edge_path_bound import PathBound
+from geomhw.geodesic.edge_path_bound import EdgePathBound
 from geomhw.geodesic.edge_paths import edge_path_distance
 from geomhw.geodesic.heat_method import HeatDistance
 from geomhw.io import read_mesh
 from geomhw.mesh.primitives import grid, icosphere, strip, torus
-from geomhw.mesh.surface_points import Sources, face_source, joined, vertex_sources
+from geomhw.mesh.surface_points import SurfacePoints, concatenate, face_point, vertex_points
 from geomhw.mesh.triangle_mesh import TriangleMesh
 
 OPTIONS = {
@@ -26,15 +26,15 @@ OPTIONS = {
 }
 
 
-def some_sources(mesh: TriangleMesh, count: int = 12) -> list[Sources]:
+def some_sources(mesh: TriangleMesh, count: int = 12) -> list[SurfacePoints]:
     """Vertices of all of the mesh that have faces, within the rim if there is anything within."""
     used = np.setdiff1d(np.arange(mesh.n_vertices), mesh.unreferenced_vertices)
     inner = np.setdiff1d(used, mesh.boundary_vertices)
     chosen = np.unique(np.random.default_rng(0).choice(inner if len(inner) else used, count))
-    return [vertex_sources(mesh, [v]) for v in chosen.tolist()]
+    return [vertex_points(mesh, [v]) for v in chosen.tolist()]
 
 
-def assert_rows_agree(mesh: TriangleMesh, queries: list[Sources], **options: object) -> None:
+def assert_rows_agree(mesh: TriangleMesh, queries: list[SurfacePoints], **options: object) -> None:
     """To 1e-9 of the largest distance, and inf in the same places."""
     solver = HeatDistance(mesh, queries=1000, **({"time": "h2"} | options))  # type: ignore[arg-type]
     rows = solver.rows(queries)
@@ -59,16 +59,16 @@ def test_rows(name: str, options: str) -> None:
 def test_rows_of_all_vertices() -> None:
     """More than a block, and from vertices on the rim, which is kept cold in one half of the mean."""
     mesh = grid(11, 9)
-    every = [vertex_sources(mesh, [v]) for v in range(mesh.n_vertices)]
+    every = [vertex_points(mesh, [v]) for v in range(mesh.n_vertices)]
     assert_rows_agree(mesh, every, boundary="average")
-    assert_rows_agree(torus(16, 10), [vertex_sources(torus(16, 10), [v]) for v in range(160)])
+    assert_rows_agree(torus(16, 10), [vertex_points(torus(16, 10), [v]) for v in range(160)])
 
 
 def test_rows_beyond_the_reach_of_doubles() -> None:
     """Heat that underflows is scaled, one source at a time; the others of the block are not held up."""
     mesh = strip(1000)
     middle = int(np.abs(mesh.vertices[:, 0] - mesh.vertices[:, 0].mean()).argmin())
-    assert_rows_agree(mesh, [vertex_sources(mesh, [v]) for v in (0, 1, middle, middle + 1, 2001)])
+    assert_rows_agree(mesh, [vertex_points(mesh, [v]) for v in (0, 1, middle, middle + 1, 2001)])
     solver = HeatDistance(mesh, "h2", queries=9)
     assert solver._rows is not None
     np.testing.assert_array_equal(solver._rows(np.array([0, middle]))[1], [False, True])
@@ -78,20 +78,20 @@ def test_rows_of_other_sources() -> None:
     """Sets of several vertices and points within faces stand among single vertices, in their order."""
     mesh = icosphere(3)
     points = [
-        vertex_sources(mesh, [5]),
-        face_source(mesh, 17),
-        vertex_sources(mesh, [5, 600]),
-        vertex_sources(mesh, [0]),
+        vertex_points(mesh, [5]),
+        face_point(mesh, 17),
+        vertex_points(mesh, [5, 600]),
+        vertex_points(mesh, [0]),
     ]
-    assert_rows_agree(mesh, [*points, joined(points[:2])])
-    assert_rows_agree(mesh, [*points, joined(points[:2])], robust=True)
+    assert_rows_agree(mesh, [*points, concatenate(points[:2])])
+    assert_rows_agree(mesh, [*points, concatenate(points[:2])], robust=True)
 
 
 def test_rows_on_hostile_meshes() -> None:
     """Slivers, faces without area, components of other sizes."""
     for mesh, options in ((sheared(), {"robust": True}), (split_diagonals(), {"robust": True}), (sheared(), {})):
         assert_rows_agree(mesh, some_sources(mesh), refine=False, **options)
-    rows = HeatDistance(two_spheres(), "h2", queries=9).rows([vertex_sources(two_spheres(), [v]) for v in (0, 200)])
+    rows = HeatDistance(two_spheres(), "h2", queries=9).rows([vertex_points(two_spheres(), [v]) for v in (0, 200)])
     np.testing.assert_array_equal(np.isinf(rows).sum(axis=1), [163, 163])
 
 
@@ -108,7 +108,7 @@ def test_one_row_does_not_depend_on_the_others() -> None:
 def test_symmetry_is_that_of_the_mesh() -> None:
     """Distances between the twelve corners of an icosphere: three different ones, in the numbers 1, 5, 5, 1."""
     mesh = icosphere(4)
-    rows = HeatDistance(mesh, "h2", queries=12).rows([vertex_sources(mesh, [v]) for v in range(12)])[:, :12]
+    rows = HeatDistance(mesh, "h2", queries=12).rows([vertex_points(mesh, [v]) for v in range(12)])[:, :12]
     np.testing.assert_allclose(np.sort(rows, axis=1), np.tile(np.sort(rows[0]), (12, 1)), rtol=1e-12, atol=1e-12)
     np.testing.assert_allclose(np.diff(np.sort(rows[0]))[[1, 2, 3, 4, 6, 7, 8, 9]], 0, atol=1e-12)
     np.testing.assert_allclose(rows.max(), np.pi, rtol=0.02)
@@ -127,12 +127,12 @@ def test_rows_on_real_meshes(file: str, options: str) -> None:
 
 
 def bounded(mesh: TriangleMesh, phi: np.ndarray, sources: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """By `PathBound`, and by searches along edges."""
+    """By `EdgePathBound`, and by searches along edges."""
     found = np.array(phi)
     expected = np.stack(
         [np.minimum(found[:, c], edge_path_distance(mesh, sources[[c]])) for c in range(len(sources))], axis=1
     )
-    PathBound(mesh)(found, sources)
+    EdgePathBound(mesh)(found, sources)
     return found, expected
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from conftest import CLOSED, zoo_mesh
 
-from geomhw.arrays import pieces, summed
+from geomhw.arrays import pieces, scatter_add
 from geomhw.errors import MeshError
 from geomhw.geodesic.heat_method import HeatDistance
 from geomhw.mesh.geometry import corner_sum
@@ -88,8 +88,8 @@ def test_sums_at_places() -> None:
     """Those of ``bincount``, to the last bit; complex ones too."""
     rng = np.random.default_rng(1)
     places, values = rng.integers(0, 50, 1000).astype(np.int32), rng.normal(size=1000)
-    np.testing.assert_array_equal(summed(values, places, 60), np.bincount(places, values, 60))
-    both = summed(values + 2j * values, places, 60)
+    np.testing.assert_array_equal(scatter_add(values, places, 60), np.bincount(places, values, 60))
+    both = scatter_add(values + 2j * values, places, 60)
     np.testing.assert_array_equal(both.imag, 2 * both.real)
 
 

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from geomhw.errors import ConvergenceError, FieldError
 from geomhw.geodesic.edge_paths import edge_path_distance
 from geomhw.geodesic.heat_method import HeatDistance
-from geomhw.geodesic.heat_step import HeatFlow
+from geomhw.geodesic.heat_step import HeatStep
 from geomhw.io import read_mesh
 from geomhw.mesh.primitives import grid, icosphere, strip, torus
 from geomhw.mesh.triangle_mesh import TriangleMesh
@@ -163,7 +163,7 @@ def test_poisson_with_held_vertices() -> None:
 def test_heat_by_sweeps(make, sources: list[int], time: str) -> None:  # type: ignore[no-untyped-def]
     """The logarithm of heat everywhere, one or thousands of orders of magnitude below that of the source."""
     mesh = make()
-    flow = HeatFlow(mesh, time)
+    flow = HeatStep(mesh, time)
     impulse = np.zeros(mesh.n_vertices)
     impulse[sources] = 1
     travel = edge_path_distance(mesh, np.array(sources)) / np.sqrt(flow.time.t)
@@ -176,7 +176,7 @@ def test_heat_by_sweeps(make, sources: list[int], time: str) -> None:  # type: i
 def test_steps_of_the_scale_do_not_matter(step: float, monkeypatch: pytest.MonkeyPatch) -> None:
     """Sweeps scale their equations in steps, which change nothing, be they less than from one vertex to the next."""
     mesh = strip(400)
-    flow = HeatFlow(mesh, "h2")
+    flow = HeatStep(mesh, "h2")
     impulse = np.bincount([0], minlength=mesh.n_vertices).astype(float)
     travel = edge_path_distance(mesh, np.array([0])) / np.sqrt(flow.time.t)
     expected = solve_by_sweeps(flow.matrix, impulse, travel, flow.relaxation)
@@ -199,7 +199,7 @@ def test_relaxation_by_the_share_of_mass() -> None:
 def test_what_does_not_converge_says_so() -> None:
     """Heat over a long time is no matter for sweeps, an indefinite matrix none for conjugate gradients."""
     mesh = grid(40, 40)
-    flow = HeatFlow(mesh, "1000*h2")
+    flow = HeatStep(mesh, "1000*h2")
     impulse = np.zeros(mesh.n_vertices)
     impulse[0] = 1
     travel = edge_path_distance(mesh, np.array([0])) / np.sqrt(flow.time.t)
@@ -268,7 +268,7 @@ def test_vectors_by_sweeps_are_those_by_factoring(connection: Connection, time: 
     assert factored.report["solver"] == "direct"
     size = np.linalg.norm(factored["diffused"], axis=1)
     np.testing.assert_allclose(swept["diffused"], factored["diffused"], rtol=0, atol=1e-7 * size.max())
-    heat = HeatFlow(mesh, time).from_impulse(np.bincount([3, 700], minlength=mesh.n_vertices)).plain
+    heat = HeatStep(mesh, time).from_impulse(np.bincount([3, 700], minlength=mesh.n_vertices)).plain
     clear = size > 1e-3 * heat
     assert clear.mean() > 0.95
     gap = np.linalg.norm(swept["transported"] - factored["transported"], axis=1)
@@ -278,7 +278,7 @@ def test_vectors_by_sweeps_are_those_by_factoring(connection: Connection, time: 
 def test_scaled_sweeps_are_the_scaled_solution() -> None:
     """On a strip so long that heat leaves the range of doubles, sweeps solve the system scaled by its decay."""
     mesh = grid(1500, 2, 1500.0, 2.0)
-    flow = HeatFlow(mesh, "h2")
+    flow = HeatStep(mesh, "h2")
     impulse = np.zeros(mesh.n_vertices)
     impulse[0] = 1
     decay = -flow.from_impulse(impulse).log
@@ -295,9 +295,9 @@ def test_heat_that_decays_at_several_rates() -> None:
     mesh = TriangleMesh(vertices, np.concatenate([fine.faces, coarse.faces + fine.n_vertices]))
     sources = np.array([0, fine.n_vertices])
     impulse = np.bincount(sources, minlength=mesh.n_vertices).astype(float)
-    alone = [HeatFlow(part, 1.0).from_impulse(np.eye(1, part.n_vertices)[0]).log for part in (fine, coarse)]
+    alone = [HeatStep(part, 1.0).from_impulse(np.eye(1, part.n_vertices)[0]).log for part in (fine, coarse)]
     assert alone[1][-1] - alone[0][-1] > 700
-    flow = HeatFlow(mesh, 1.0)
+    flow = HeatStep(mesh, 1.0)
     found = solve_by_sweeps(flow.matrix, impulse, edge_path_distance(mesh, sources), flow.relaxation)
     np.testing.assert_allclose(found.log, np.concatenate(alone), rtol=0, atol=1e-6)
     np.testing.assert_array_equal(flow.from_impulse(impulse).log, found.log)  # where one decay is guessed for all
@@ -306,7 +306,7 @@ def test_heat_that_decays_at_several_rates() -> None:
 def test_heat_from_further_on(monkeypatch: pytest.MonkeyPatch) -> None:
     """Where blocks are solved one after the other and equations do not hold, sweeps go back until they do."""
     mesh = icosphere(4)
-    flow = HeatFlow(mesh, "0.2*h2", solver="direct")
+    flow = HeatStep(mesh, "0.2*h2", solver="direct")
     impulse = np.bincount([7], minlength=mesh.n_vertices).astype(float)
     travel = edge_path_distance(mesh, np.array([7])) / np.sqrt(flow.time.t)
     monkeypatch.setattr("geomhw.solvers.heat_sweeps.BLOCK", 5.0)
@@ -355,7 +355,7 @@ def test_what_is_no_solution_is_refused(monkeypatch: pytest.MonkeyPatch) -> None
     """Whatever the sweeps say, the equations have the last word."""
     monkeypatch.setattr("geomhw.solvers.heat_sweeps.MAX_ROUNDS", 1)
     mesh = grid(30, 30)
-    flow = HeatFlow(mesh, "h2", solver="direct")
+    flow = HeatStep(mesh, "h2", solver="direct")
     impulse = np.bincount([0], minlength=mesh.n_vertices).astype(float)
     monkeypatch.setattr("geomhw.solvers.heat_sweeps.TOLERANCE", 1e-2)
     travel = edge_path_distance(mesh, np.array([0])) / np.sqrt(flow.time.t)

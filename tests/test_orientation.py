@@ -12,9 +12,9 @@ from geomhw.flow.helmholtz import HelmholtzDecomposition
 from geomhw.geodesic.heat_method import HeatDistance
 from geomhw.intrinsic.intrinsic_mesh import IntrinsicMesh, mollified
 from geomhw.mesh.curvature import angle_defects
-from geomhw.mesh.orientation import agreeing, distinct, two_sided_cover
+from geomhw.mesh.orientation import orientation_cover, oriented, without_duplicate_faces
 from geomhw.mesh.primitives import moebius_band
-from geomhw.mesh.surface_points import face_source
+from geomhw.mesh.surface_points import face_point
 from geomhw.mesh.topology import pinched_vertices
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.operators.connection_laplacian import complex_connection_stiffness, connection_stiffness
@@ -37,7 +37,7 @@ def pair(request: pytest.FixtureRequest) -> tuple[TriangleMesh, TriangleMesh]:
 def test_cover_of_a_one_sided_surface(name: str) -> None:
     """Connected, oriented, over each point twice: twice the Euler characteristic; of a Klein bottle, a torus."""
     mesh = hostile(name)
-    cover = two_sided_cover(mesh)
+    cover = orientation_cover(mesh)
     assert not mesh.is_orientable
     assert (cover.is_oriented, cover.is_edge_manifold, cover.n_components) == (True, True, 1)
     assert cover.euler_characteristic == 2 * mesh.euler_characteristic
@@ -53,20 +53,20 @@ def test_cover_of_a_one_sided_surface(name: str) -> None:
 def test_what_needs_no_cover(pair: tuple[TriangleMesh, TriangleMesh]) -> None:
     """A mesh that agrees is its own; one that can be turned is turned back; copies of faces go."""
     mesh, upset = pair
-    assert two_sided_cover(mesh) is agreeing(mesh) is distinct(mesh) is mesh
-    assert two_sided_cover(upset).is_oriented
-    assert ((agreeing(upset).faces != upset.faces).any(axis=1) == (upset.faces != mesh.faces).any(axis=1)).all()
+    assert orientation_cover(mesh) is oriented(mesh) is without_duplicate_faces(mesh) is mesh
+    assert orientation_cover(upset).is_oriented
+    assert ((oriented(upset).faces != upset.faces).any(axis=1) == (upset.faces != mesh.faces).any(axis=1)).all()
     again = TriangleMesh(*doubled((mesh.vertices, mesh.faces), slice(3, 30), flip=True))
-    np.testing.assert_array_equal(distinct(again).faces, mesh.faces)
+    np.testing.assert_array_equal(without_duplicate_faces(again).faces, mesh.faces)
     np.testing.assert_array_equal(again.vertex_normals, mesh.vertex_normals)
 
 
 def test_the_lesser_part_is_turned() -> None:
     """Component by component; of two equal parts the one with the lowest face stays."""
     mesh = hostile("two_ways")
-    assert agreeing(mesh) is mesh
+    assert oriented(mesh) is mesh
     strip = TriangleMesh([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 3, 2]])
-    assert agreeing(strip).faces.tolist() == [[0, 1, 2], [0, 2, 3]]
+    assert oriented(strip).faces.tolist() == [[0, 1, 2], [0, 2, 3]]
 
 
 def test_edge_signs() -> None:
@@ -86,8 +86,8 @@ def test_vectors_do_not_depend_on_how_faces_are_turned(pair: tuple[TriangleMesh,
     for connection in ("normals", "intrinsic"):
         one, other = (VectorHeat(m, "h2", connection) for m in (mesh, upset))  # type: ignore[arg-type]
         for source in (7, 0):
-            expected = one.from_sources(face_source(mesh, source), vector)
-            found = other.from_sources(face_source(upset, source, [1 / 3] * 3), vector)
+            expected = one.from_sources(face_point(mesh, source), vector)
+            found = other.from_sources(face_point(upset, source, [1 / 3] * 3), vector)
             np.testing.assert_allclose(found["diffused"], expected["diffused"], atol=1e-13)
         expected, found = one.from_vertices([7], vector), other.from_vertices([7], vector)
         np.testing.assert_allclose(found["diffused"], expected["diffused"], atol=1e-13)
@@ -127,7 +127,7 @@ def test_a_turn_round_a_moebius_band_mirrors() -> None:
 def test_distances_on_one_sided_surfaces(name: str) -> None:
     """As on the cover, from both places over the source: a shortest path has its like there."""
     mesh = hostile(name)
-    cover = two_sided_cover(mesh)
+    cover = orientation_cover(mesh)
     n = mesh.n_vertices
     found = HeatDistance(mesh, refine=True).from_vertices([3])["distance"]
     expected = HeatDistance(cover, refine=True).from_vertices([3, 3 + n])["distance"]

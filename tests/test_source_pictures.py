@@ -5,7 +5,14 @@ import pytest
 
 from geomhw.geodesic.heat_method import HeatDistance
 from geomhw.mesh.primitives import grid, icosphere
-from geomhw.mesh.surface_points import Sources, boundary_sources, face_source, joined, vertex_range, vertex_sources
+from geomhw.mesh.surface_points import (
+    SurfacePoints,
+    boundary_points,
+    concatenate,
+    face_point,
+    vertex_points,
+    vertex_range,
+)
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.render import offscreen
 from geomhw.render.layers import Panel
@@ -29,13 +36,13 @@ def ink(image: np.ndarray, color: str) -> np.ndarray:
     return np.abs(image.astype(int) - rgb).max(axis=2) <= 30
 
 
-def marks(mesh: TriangleMesh, sources: Sources) -> tuple[list, list]:
+def marks(mesh: TriangleMesh, sources: SurfacePoints) -> tuple[list, list]:
     return source_marks(HeatDistance(mesh).from_sources(sources), SOURCE_COLOR, labels=True)
 
 
 def test_a_few_are_discs_with_labels() -> None:
     """Vertices and points within faces, where they are; five have no labels any more."""
-    sources = joined([vertex_sources(COARSE, [5]), face_source(COARSE, 7, [0.1, 0.2, 0.7])])
+    sources = concatenate([vertex_points(COARSE, [5]), face_point(COARSE, 7, [0.1, 0.2, 0.7])])
     discs, curves = marks(COARSE, sources)
     assert curves == []
     assert [disc.label for disc in discs] == ["source 5", "source in face 7"]
@@ -48,7 +55,7 @@ def test_a_few_are_discs_with_labels() -> None:
 def test_many_are_curves() -> None:
     """The boundary of a sheet is its boundary edges, without the diagonals that cut two of its corners."""
     sheet = grid(8, 8, diagonal="uniform")
-    discs, (curve,) = marks(sheet, boundary_sources(sheet))
+    discs, (curve,) = marks(sheet, boundary_points(sheet))
     assert discs == []
     assert curve.segments.shape == (4 * 8, 2, 3)
     assert np.linalg.norm(curve.segments[:, 0] - curve.segments[:, 1], axis=1) == pytest.approx(1 / 8)
@@ -58,7 +65,7 @@ def test_lone_points_among_many_are_crosses() -> None:
     """Vertices without a neighbor, and points within faces: two short segments each, centered there, in the surface."""
     ball = icosphere(3)
     lone = vertex_range(ball, 0, MOST_DISCS)  # those of the icosahedron and of its first split: far apart
-    sources = joined([lone, face_source(ball, 700)])
+    sources = concatenate([lone, face_point(ball, 700)])
     _, (curve,) = marks(ball, sources)
     middles = curve.segments.mean(axis=1)
     assert len(middles) == 2 * (MOST_DISCS + 2)
@@ -69,7 +76,7 @@ def test_lone_points_among_many_are_crosses() -> None:
     np.testing.assert_allclose(arms[-2:] @ ball.face_normals[700], 0, atol=1e-15)
 
 
-def drawn(mesh: TriangleMesh, sources: Sources) -> np.ndarray:
+def drawn(mesh: TriangleMesh, sources: SurfacePoints) -> np.ndarray:
     """Which pixels of a plain picture of 300 by 300 the marks of the sources color."""
     discs, curves = source_marks(HeatDistance(mesh).from_sources(sources), SOURCE_COLOR)
     return ink(draw(mesh, [Panel(markers=discs, curves=curves)], (300, 300)), SOURCE_COLOR)
@@ -78,7 +85,7 @@ def drawn(mesh: TriangleMesh, sources: Sources) -> np.ndarray:
 @needs_opengl
 def test_disc_within_a_face_is_seen_in_its_place() -> None:
     """On faces of a hundred pixels the disc is at the point, not at a corner."""
-    point = face_source(COARSE, 8)
+    point = face_point(COARSE, 8)
     rows, columns = np.nonzero(drawn(COARSE, point))
     view = choose_view(COARSE)
     x, y = view.project(point.positions(COARSE))[0, :2] / view.extent * 0.94 * 150
@@ -89,7 +96,7 @@ def test_disc_within_a_face_is_seen_in_its_place() -> None:
 @needs_opengl
 def test_boundary_is_drawn_as_a_line() -> None:
     """Ink of the sources on all four sides and nowhere else, a line wide."""
-    seen = drawn(SHEET, boundary_sources(SHEET))
+    seen = drawn(SHEET, boundary_points(SHEET))
     rows, columns = np.nonzero(seen)
     extent = np.ptp(rows), np.ptp(columns)
     assert min(extent) > 270
@@ -108,13 +115,13 @@ def test_curves_behind_are_not_seen() -> None:
     _, curves = source_marks(result, SOURCE_COLOR)
     view = choose_view(ball)
     assert ink(draw(ball, [Panel(curves=curves)], (300, 300), view=view), SOURCE_COLOR).sum() == 0
-    assert drawn(ball, vertex_sources(ball, front)).sum() > 1000
+    assert drawn(ball, vertex_points(ball, front)).sum() > 1000
 
 
 @needs_opengl
 def test_geodesic_picture_has_the_curves() -> None:
     """Where heat starts and where distance does, not over the divergence."""
-    image = geodesic_picture(HeatDistance(SHEET).from_sources(boundary_sources(SHEET)), size=(900, 380))
+    image = geodesic_picture(HeatDistance(SHEET).from_sources(boundary_points(SHEET)), size=(900, 380))
     left, middle, right = (ink(image[:, k : k + 300], SOURCE_COLOR) for k in (0, 300, 600))
     assert left.sum() > 1000
     assert middle.sum() < 100  # its own colors, here and there
@@ -124,7 +131,7 @@ def test_geodesic_picture_has_the_curves() -> None:
 @needs_opengl
 def test_vector_within_a_face_stands_there() -> None:
     """On large faces too, the large arrow is drawn about the disc, not about the middle of the face."""
-    point = face_source(COARSE, 8, [0.8, 0.1, 0.1])
+    point = face_point(COARSE, 8, [0.8, 0.1, 0.1])
     vector = turned(source_frames(COARSE, point), [45.0])
     rows, columns = np.nonzero(ink(transport_picture(transport_over_times(COARSE, point, vector, ["h2"])), ARROW_COLOR))
     assert len(rows) > 500
@@ -135,14 +142,14 @@ def test_vector_within_a_face_stands_there() -> None:
 def test_arrows_of_many_sources_keep_their_distance() -> None:
     """Along a boundary of a hundred sources stand about a dozen large arrows."""
     one = transport_picture(transport_over_times(SHEET, [12], [[0, 1, 0]], ["h2"]))
-    count = len(boundary_sources(SHEET))
-    many = transport_picture(transport_over_times(SHEET, boundary_sources(SHEET), [[0, 1, 0]] * count, ["h2"]))
+    count = len(boundary_points(SHEET))
+    many = transport_picture(transport_over_times(SHEET, boundary_points(SHEET), [[0, 1, 0]] * count, ["h2"]))
     assert count == 96
     assert 5 < ink(many, ARROW_COLOR).sum() / ink(one, ARROW_COLOR).sum() < 30
 
 
 def test_source_point() -> None:
     """Where a source of a report is."""
-    sources = joined([vertex_sources(SHEET, [9]), face_source(SHEET, 30, [0.2, 0.3, 0.5])])
+    sources = concatenate([vertex_points(SHEET, [9]), face_point(SHEET, 30, [0.2, 0.3, 0.5])])
     report = VectorHeat(SHEET).from_sources(sources, [[1, 0, 0], [0, 1, 0]]).report["sources"]
     np.testing.assert_allclose([source_point(SHEET, s) for s in report], sources.positions(SHEET), atol=1e-15)

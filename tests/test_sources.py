@@ -13,14 +13,14 @@ from geomhw.geodesic.source_conditions import known_distances
 from geomhw.mesh.nearest import nearest_on_surface
 from geomhw.mesh.primitives import grid, icosphere, strip
 from geomhw.mesh.surface_points import (
-    Sources,
-    boundary_sources,
+    SurfacePoints,
+    boundary_points,
+    concatenate,
     extreme_vertex,
-    face_source,
-    joined,
-    nearest_source,
+    face_point,
+    nearest_point,
+    vertex_points,
     vertex_range,
-    vertex_sources,
 )
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.transport.source_vectors import source_frames, spread_to_corners, turned
@@ -29,7 +29,7 @@ from geomhw.transport.vector_heat import VectorHeat
 INSIDE = [0.2, 0.3, 0.5]
 
 
-def great_circles(mesh: TriangleMesh, sources: Sources) -> np.ndarray:
+def great_circles(mesh: TriangleMesh, sources: SurfacePoints) -> np.ndarray:
     """Exact distance on the unit sphere from the nearest of the sources, brought onto it."""
     a = mesh.vertices
     ends = sources.positions(mesh)
@@ -37,12 +37,14 @@ def great_circles(mesh: TriangleMesh, sources: Sources) -> np.ndarray:
     return np.min([np.arctan2(np.linalg.norm(np.cross(a, b), axis=1), a @ b) for b in ends], axis=0)
 
 
-def straight_lines(mesh: TriangleMesh, sources: Sources) -> np.ndarray:
+def straight_lines(mesh: TriangleMesh, sources: SurfacePoints) -> np.ndarray:
     """Exact distance on a convex flat mesh."""
     return np.min([np.linalg.norm(mesh.vertices - b, axis=1) for b in sources.positions(mesh)], axis=0)
 
 
-def errors(mesh: TriangleMesh, sources: Sources, exact: np.ndarray, time: str = "h2") -> tuple[float, float, float]:
+def errors(
+    mesh: TriangleMesh, sources: SurfacePoints, exact: np.ndarray, time: str = "h2"
+) -> tuple[float, float, float]:
     """Mean error within 3 h of the sources, mean and largest farther away, all in h."""
     h = mesh.mean_edge_length
     error = np.abs(HeatDistance(mesh, time).from_sources(sources)["distance"] - exact) / h
@@ -83,7 +85,7 @@ def test_distance_from_a_great_circle(time: str, bounds: tuple[float, ...]) -> N
     equator = np.flatnonzero(latitude < 1e-9)
     assert len(equator) == 64
     latitude[equator] = 0
-    found = errors(mesh, vertex_sources(mesh, equator), latitude, time)
+    found = errors(mesh, vertex_points(mesh, equator), latitude, time)
     assert all(error <= bound for error, bound in zip(found, bounds, strict=True)), found
 
 
@@ -93,7 +95,7 @@ def test_distance_from_the_boundary() -> None:
     for cells in (16, 32, 64):
         mesh = grid(cells, cells)
         exact = np.minimum(mesh.vertices, 1 - mesh.vertices)[:, :2].min(axis=1)
-        near, far, largest = errors(mesh, boundary_sources(mesh), exact)
+        near, far, largest = errors(mesh, boundary_points(mesh), exact)
         assert near < 0.04
         assert far < 0.03
         assert largest < 0.6
@@ -110,7 +112,7 @@ def test_distance_from_the_end_of_a_band() -> None:
     kept, names = np.unique(seam, return_inverse=True)
     mesh = TriangleMesh(np.stack([np.cos(angle), height, np.sin(angle)], axis=1)[kept], names[flat.faces])
     height = mesh.vertices[:, 1]
-    found = errors(mesh, vertex_sources(mesh, np.flatnonzero(height == 0)), height)
+    found = errors(mesh, vertex_points(mesh, np.flatnonzero(height == 0)), height)
     assert found[0] < 0.02
     assert found[1] < 0.05
     assert found[2] < 0.14
@@ -139,7 +141,7 @@ def test_curve_beyond_the_reach_of_doubles() -> None:
 )
 def test_point_within_a_face(
     build: Callable[[], TriangleMesh],
-    exact: Callable[[TriangleMesh, Sources], np.ndarray],
+    exact: Callable[[TriangleMesh, SurfacePoints], np.ndarray],
     faces: tuple[int, ...],
     bounds: tuple[float, ...],
 ) -> None:
@@ -148,7 +150,7 @@ def test_point_within_a_face(
     mesh = build()
     for face in faces:
         for weights in (None, INSIDE, [0.05, 0.9, 0.05], [0.5, 0.5, 0.0]):
-            point = face_source(mesh, face, weights)
+            point = face_point(mesh, face, weights)
             found = errors(mesh, point, exact(mesh, point))
             assert all(error <= bound for error, bound in zip(found, bounds, strict=True)), (face, weights, found)
 
@@ -157,7 +159,7 @@ def test_corners_are_exact() -> None:
     """The corners of the face are as far as the straight lines to them; on an edge those of both faces."""
     mesh = zoo_mesh("crumpled_torus")
     for weights, count in ((INSIDE, 3), ([0.25, 0.0, 0.75], 4)):
-        point = face_source(mesh, 17, weights)
+        point = face_point(mesh, 17, weights)
         distance = HeatDistance(mesh, "h2").from_sources(point)["distance"]
         straight = np.linalg.norm(mesh.vertices - point.positions(mesh), axis=1)
         ring = mesh.faces[
@@ -175,7 +177,7 @@ def test_refined_from_within_faces(robust: bool) -> None:
     flat = split_diagonals()
     for mesh, face in [(sheared(12, 20.0), 70), *[(flat, f) for f in (70, flat.degenerate_faces[40]) if robust]]:
         for weights in (INSIDE, [0.5, 0.0, 0.5]):
-            point = face_source(mesh, int(face), weights)
+            point = face_point(mesh, int(face), weights)
             found = HeatDistance(mesh, "h2", robust=robust, refine=True).from_sources(point)["distance"]
             np.testing.assert_allclose(found, straight_lines(mesh, point), rtol=1e-9, atol=1e-14)
 
@@ -183,7 +185,7 @@ def test_refined_from_within_faces(robust: bool) -> None:
 def test_refined_on_the_sphere() -> None:
     """Refined, distances from points within faces and vertices are several times closer to the great circles."""
     mesh = icosphere(4)
-    sources = joined([face_source(mesh, 900, INSIDE), vertex_sources(mesh, [3]), face_source(mesh, 4000)])
+    sources = concatenate([face_point(mesh, 900, INSIDE), vertex_points(mesh, [3]), face_point(mesh, 4000)])
     exact = great_circles(mesh, sources)
     plain, refined = (
         np.abs(HeatDistance(mesh, "h2", refine=refine).from_sources(sources)["distance"] - exact).mean()
@@ -195,7 +197,7 @@ def test_refined_on_the_sphere() -> None:
 def test_paths_along_edges_start_at_the_corners() -> None:
     """From several starts, each with its own length, the shortest of all paths; no distance is longer."""
     mesh = zoo_mesh("crumpled_torus")
-    sources = joined([face_source(mesh, 17, INSIDE), vertex_sources(mesh, [200])])
+    sources = concatenate([face_point(mesh, 17, INSIDE), vertex_points(mesh, [200])])
     known = known_distances(mesh, sources)
     first = np.flatnonzero(np.isfinite(known))
     path = edge_path_distance(mesh, first, known)
@@ -209,7 +211,7 @@ def test_corner_is_the_vertex() -> None:
     mesh = zoo_mesh("sphere")
     vertex = HeatDistance(mesh).from_vertices([mesh.faces[17, 1]])
     for weights in ([0, 1, 0], [1e-12, 1 - 2e-12, 1e-12]):
-        corner = HeatDistance(mesh).from_sources(face_source(mesh, 17, weights))
+        corner = HeatDistance(mesh).from_sources(face_point(mesh, 17, weights))
         assert corner.report["sources"] == [mesh.faces[17, 1]]
         np.testing.assert_array_equal(corner["distance"], vertex["distance"])
 
@@ -222,22 +224,22 @@ def test_edge_belongs_to_both_faces() -> None:
     (other,) = np.setdiff1d(np.flatnonzero((mesh.edge_table.of_faces == edge).any(axis=1)), [face])
     a, b = mesh.faces[face, [1, 2]]
     names = [
-        face_source(mesh, f, np.where(mesh.faces[f] == a, 0.3, np.where(mesh.faces[f] == b, 0.7, 0.0)))
+        face_point(mesh, f, np.where(mesh.faces[f] == a, 0.3, np.where(mesh.faces[f] == b, 0.7, 0.0)))
         for f in (face, other)
     ]
-    assert len(joined(names).distinct()[0]) == 1
+    assert len(concatenate(names).distinct()[0]) == 1
     one, again = (HeatDistance(mesh, "h2").from_sources(name)["distance"] for name in names)
     np.testing.assert_allclose(one, again, rtol=1e-12)
 
 
-def mixed(mesh: TriangleMesh) -> list[Sources]:
+def mixed(mesh: TriangleMesh) -> list[SurfacePoints]:
     """Vertices and points within faces, two in one face, one given twice."""
     return [
-        vertex_sources(mesh, [9]),
-        face_source(mesh, 30),
-        face_source(mesh, 30, INSIDE),
-        vertex_sources(mesh, [200, 3]),
-        face_source(mesh, 90, [0.5, 0.0, 0.5]),
+        vertex_points(mesh, [9]),
+        face_point(mesh, 30),
+        face_point(mesh, 30, INSIDE),
+        vertex_points(mesh, [200, 3]),
+        face_point(mesh, 90, [0.5, 0.0, 0.5]),
     ]
 
 
@@ -247,10 +249,10 @@ def test_order_and_repetition_do_not_matter(robust: bool) -> None:
     mesh = zoo_mesh("torus")
     parts = mixed(mesh)
     solver = HeatDistance(mesh, robust=robust)
-    first = solver.from_sources(joined(parts))
+    first = solver.from_sources(concatenate(parts))
     assert len(first.report["sources"]) == 6
     for order in ([4, 3, 2, 1, 0], [2, 4, 2, 0, 3, 0, 1]):
-        again = solver.from_sources(joined([parts[k] for k in order]))
+        again = solver.from_sources(concatenate([parts[k] for k in order]))
         assert again.report == first.report
         for field in first.fields:
             np.testing.assert_array_equal(again[field.name], field.values)
@@ -259,12 +261,12 @@ def test_order_and_repetition_do_not_matter(robust: bool) -> None:
 def test_mixed_sources_renumbered_and_scaled() -> None:
     """Distances belong to places: another numbering, another scale, the same answer."""
     mesh = zoo_mesh("torus")
-    sources = joined(mixed(mesh))
+    sources = concatenate(mixed(mesh))
     before = HeatDistance(mesh, "h2").from_sources(sources)["distance"]
     order = np.random.default_rng(1).permutation(mesh.n_vertices)
     name = np.argsort(order)
     other = TriangleMesh(1e5 * mesh.vertices[order], name[mesh.faces])
-    renamed = Sources(sources.faces, name[sources.corners], sources.weights)
+    renamed = SurfacePoints(sources.faces, name[sources.corners], sources.weights)
     after = HeatDistance(other, "h2").from_sources(renamed)["distance"]
     np.testing.assert_allclose(after, 1e5 * before[order], atol=1e-6)
 
@@ -272,7 +274,7 @@ def test_mixed_sources_renumbered_and_scaled() -> None:
 def test_robust_agrees_on_a_delaunay_mesh() -> None:
     """With nothing to flip, --robust changes rounding only, for points within faces too."""
     mesh = icosphere(3)
-    sources = joined([face_source(mesh, 5, INSIDE), vertex_sources(mesh, [100, 101])])
+    sources = concatenate([face_point(mesh, 5, INSIDE), vertex_points(mesh, [100, 101])])
     one, other = (HeatDistance(mesh, "h2", robust=r, refine=False).from_sources(sources) for r in (False, True))
     for field in one.fields:
         size = np.abs(field.values).max()
@@ -282,9 +284,9 @@ def test_robust_agrees_on_a_delaunay_mesh() -> None:
 def test_two_components() -> None:
     """A point on each ball: what one has does not depend on the other."""
     mesh = two_spheres()
-    point, other = face_source(mesh, 5, INSIDE), face_source(mesh, 500)
+    point, other = face_point(mesh, 5, INSIDE), face_point(mesh, 500)
     alone = HeatDistance(mesh, "h2").from_sources(point)["distance"]
-    both = HeatDistance(mesh, "h2").from_sources(joined([point, other]))["distance"]
+    both = HeatDistance(mesh, "h2").from_sources(concatenate([point, other]))["distance"]
     np.testing.assert_allclose(both[:162], alone[:162], rtol=1e-12)
     assert np.isinf(alone[163:]).all()
     assert np.isfinite(both[163:]).all()
@@ -307,16 +309,16 @@ def test_corner_nearer_to_another_source() -> None:
     mesh = grid(24, 24)
     longest = int(np.argmax(np.linalg.norm(mesh.opposite_edges[600], axis=1)))
     c, a, b = np.roll(mesh.faces[600], -longest)
-    point = face_source(mesh, 600, np.roll([0.06, 0.92, 0.02], longest))
+    point = face_point(mesh, 600, np.roll([0.06, 0.92, 0.02], longest))
     straight = np.linalg.norm(mesh.vertices[b] - point.positions(mesh)[0])
     beyond = np.flatnonzero(((mesh.vertices - mesh.vertices[b]) @ (mesh.vertices[b] - mesh.vertices[a])) > 0)
     vertex = beyond[np.argmin(np.linalg.norm(mesh.vertices[beyond] - mesh.vertices[b], axis=1))]
     away = np.flatnonzero(~np.isin(mesh.faces, [a, b, c]).any(axis=1))
     face = away[np.argmin(np.linalg.norm(mesh.face_centers[away] - mesh.vertices[b], axis=1))]
     near = np.linalg.norm(mesh.vertices[mesh.faces[face]] - mesh.vertices[b], axis=1)
-    far = face_source(mesh, face, np.where(near == near.min(), 0.94, 0.03))
-    for other, bound in ((vertex_sources(mesh, [vertex]), 1e-12), (far, 0.8)):
-        sources = joined([point, other])
+    far = face_point(mesh, face, np.where(near == near.min(), 0.94, 0.03))
+    for other, bound in ((vertex_points(mesh, [vertex]), 1e-12), (far, 0.8)):
+        sources = concatenate([point, other])
         exact = straight_lines(mesh, sources)
         assert exact[b] < 0.9 * straight  # else this says nothing
         distance = HeatDistance(mesh, "h2").from_sources(sources)["distance"]
@@ -332,7 +334,7 @@ def test_sources_of_another_sheet_do_not_count() -> None:
         np.concatenate([sheet.vertices, sheet.vertices + np.array([0, 0, 1e-3])]),
         np.concatenate([sheet.faces, sheet.faces + n]),
     )
-    sources = joined([face_source(both, 30), face_source(both, 30 + sheet.n_faces, [0.1, 0.1, 0.8])])
+    sources = concatenate([face_point(both, 30), face_point(both, 30 + sheet.n_faces, [0.1, 0.1, 0.8])])
     known = known_distances(both, sources)
     assert np.count_nonzero(np.isfinite(known)) == 6
     for place, face in zip(sources.positions(both), both.faces[[30, 30 + sheet.n_faces]], strict=True):
@@ -350,7 +352,7 @@ def test_a_pile_of_sheets() -> None:
     middle = np.radians(90 * np.arange(4))
     shifted = 0.01 * np.stack([np.cos(middle), np.sin(middle), 0 * middle], axis=1)
     weights = 1 / 3 + 2 / 3 * np.einsum("sx,skx->sk", shifted, corners.reshape(4, 3, 3))
-    sources = joined([face_source(mesh, k, weights[k]) for k in range(4)])
+    sources = concatenate([face_point(mesh, k, weights[k]) for k in range(4)])
     known = known_distances(mesh, sources)
     (held,) = np.flatnonzero(np.isfinite(known))
     assert known[held] == pytest.approx(1, abs=0.02)
@@ -377,19 +379,19 @@ def test_nearest_point_of_the_surface() -> None:
     mesh = zoo_mesh("sphere")
     for face in (0, 300, 1279):
         for weights in (INSIDE, [0.9, 0.05, 0.05]):
-            place = face_source(mesh, face, weights).positions(mesh)[0]
+            place = face_point(mesh, face, weights).positions(mesh)[0]
             for height in (0.0, 0.02, -0.01):
                 found, b = nearest_on_surface(mesh, place + height * mesh.face_normals[face])
                 assert found == face
                 np.testing.assert_allclose(b, weights, atol=1e-10)
     a, b = mesh.edges[70]
     middle = mesh.vertices[[a, b]].mean(axis=0)
-    on_edge = nearest_source(mesh, 1.5 * middle)
+    on_edge = nearest_point(mesh, 1.5 * middle)
     np.testing.assert_allclose(on_edge.positions(mesh)[0], middle, atol=1e-12)
     assert np.count_nonzero(on_edge.weights) == 2
     for vertex in (0, 77):
-        assert nearest_source(mesh, mesh.vertices[vertex]).report() == [vertex]
-        assert nearest_source(mesh, 9 * mesh.vertices[vertex]).report() == [vertex]
+        assert nearest_point(mesh, mesh.vertices[vertex]).report() == [vertex]
+        assert nearest_point(mesh, 9 * mesh.vertices[vertex]).report() == [vertex]
 
 
 def test_nearest_is_no_farther_than_any_sample() -> None:
@@ -399,7 +401,7 @@ def test_nearest_is_no_farther_than_any_sample() -> None:
     mesh = zoo_mesh("crumpled_torus")
     samples = points_on(mesh, *area_samples(mesh, 20_000))
     for point in np.random.default_rng(0).normal(size=(20, 3)):
-        found = nearest_source(mesh, point).positions(mesh)[0]
+        found = nearest_point(mesh, point).positions(mesh)[0]
         assert np.linalg.norm(found - point) <= np.linalg.norm(samples - point, axis=1).min() + 1e-12
 
 
@@ -413,25 +415,25 @@ def test_extreme_vertices() -> None:
 
 def test_weights_are_normalized() -> None:
     """Thirds rounded to two digits are thirds."""
-    np.testing.assert_allclose(face_source(zoo_mesh("sphere"), 3, [0.33, 0.33, 0.33]).weights, 1 / 3, rtol=1e-15)
+    np.testing.assert_allclose(face_point(zoo_mesh("sphere"), 3, [0.33, 0.33, 0.33]).weights, 1 / 3, rtol=1e-15)
 
 
 @pytest.mark.parametrize(
     ("place", "words"),
     [
-        (lambda m: face_source(m, 640), r"face 640 does not exist: the mesh has 640 faces \(0 to 639\)"),
-        (lambda m: face_source(m, -1), "face -1 does not exist"),
-        (lambda m: face_source(m, 3, [0.5, 0.7, -0.2]), "0.5, 0.7, -0.2 lie outside of face 3; none may be negative"),
-        (lambda m: face_source(m, 3, [0.5, 0.2, 0.2]), r"sum to 0\.9; they must sum to 1"),
-        (lambda m: face_source(m, 3, [0.5, 0.5]), "three barycentric coordinates"),
-        (lambda m: face_source(m, 3, [np.nan, 0.5, 0.5]), "three barycentric coordinates"),
+        (lambda m: face_point(m, 640), r"face 640 does not exist: the mesh has 640 faces \(0 to 639\)"),
+        (lambda m: face_point(m, -1), "face -1 does not exist"),
+        (lambda m: face_point(m, 3, [0.5, 0.7, -0.2]), "0.5, 0.7, -0.2 lie outside of face 3; none may be negative"),
+        (lambda m: face_point(m, 3, [0.5, 0.2, 0.2]), r"sum to 0\.9; they must sum to 1"),
+        (lambda m: face_point(m, 3, [0.5, 0.5]), "three barycentric coordinates"),
+        (lambda m: face_point(m, 3, [np.nan, 0.5, 0.5]), "three barycentric coordinates"),
         (lambda m: vertex_range(m, 3, 10**15), "source 1000000000000000 is not a vertex"),
         (lambda m: vertex_range(m, 160, 163), "source 162 belongs to no face"),
-        (boundary_sources, "no boundary"),
-        (lambda m: nearest_source(m, [0, np.inf, 0]), "finite coordinates"),
+        (boundary_points, "no boundary"),
+        (lambda m: nearest_point(m, [0, np.inf, 0]), "finite coordinates"),
     ],
 )
-def test_refusals(place: Callable[[TriangleMesh], Sources], words: str) -> None:
+def test_refusals(place: Callable[[TriangleMesh], SurfacePoints], words: str) -> None:
     """Each place that is none has its own sentence."""
     with pytest.raises(FieldError, match=words):
         place(zoo_mesh("two_spheres"))
@@ -445,7 +447,7 @@ def test_vector_within_a_face_of_a_plane(robust: bool) -> None:
     """In the plane transport changes nothing, wherever the vector is given; its shares add up to it."""
     mesh = zoo_mesh("grid")
     vector = np.array([0.6, -0.8, 0.0])
-    result = VectorHeat(mesh, "h2", robust=robust).from_sources(face_source(mesh, 20, INSIDE), vector)
+    result = VectorHeat(mesh, "h2", robust=robust).from_sources(face_point(mesh, 20, INSIDE), vector)
     np.testing.assert_allclose(result["transported"], np.broadcast_to(vector, mesh.vertices.shape), atol=1e-12)
     np.testing.assert_allclose(mesh.vertex_areas @ result["diffused"], vector, atol=1e-12)
 
@@ -456,7 +458,7 @@ def test_vector_within_a_face_of_the_sphere(connection: str) -> None:
     mesh = icosphere(4)
     found = []
     for face in (0, 900, 3000):
-        point = face_source(mesh, face, INSIDE)
+        point = face_point(mesh, face, INSIDE)
         vector = turned(source_frames(mesh, point), [70.0])
         X = VectorHeat(mesh, "h2", connection).from_sources(point, vector)["transported"]  # type: ignore[arg-type]
         np.testing.assert_allclose(np.linalg.norm(X, axis=1), 1, atol=1e-12)
@@ -471,8 +473,8 @@ def test_vector_within_a_face_of_the_sphere(connection: str) -> None:
 def test_lengths_at_points_within_faces() -> None:
     """Lengths 1 and 3 within faces of opposite sides: each rules round itself."""
     mesh = icosphere(4)
-    points = [nearest_source(mesh, [0.02, 0.97, 0.05]), nearest_source(mesh, [-0.03, -0.97, 0.01])]
-    sources = joined(points)
+    points = [nearest_point(mesh, [0.02, 0.97, 0.05]), nearest_point(mesh, [-0.03, -0.97, 0.01])]
+    sources = concatenate(points)
     vectors = turned(source_frames(mesh, sources), [20.0, 70.0]) * [[1.0], [3.0]]
     length = np.linalg.norm(VectorHeat(mesh).from_sources(sources, vectors)["transported"], axis=1)
     height = mesh.vertices[:, 1]
@@ -485,14 +487,14 @@ def test_corner_of_a_face_is_the_vertex_for_vectors() -> None:
     mesh = zoo_mesh("sphere")
     vertex = int(mesh.faces[8, 2])
     one = VectorHeat(mesh).from_vertices([vertex], [[0.3, 0.2, 0.9]])
-    other = VectorHeat(mesh).from_sources(face_source(mesh, 8, [0, 0, 1]), [[0.3, 0.2, 0.9]])
+    other = VectorHeat(mesh).from_sources(face_point(mesh, 8, [0, 0, 1]), [[0.3, 0.2, 0.9]])
     np.testing.assert_array_equal(one["diffused"], other["diffused"])
 
 
 def test_shares_keep_their_length() -> None:
     """At each corner the share of a vector is as long as its weight says, however steep the corner's plane is."""
     mesh = zoo_mesh("tetrahedron")
-    point = face_source(mesh, 2, INSIDE)
+    point = face_point(mesh, 2, INSIDE)
     vector = 2 * turned(source_frames(mesh, point), [25.0])
     shares = spread_to_corners(mesh, point, vector)
     np.testing.assert_allclose(np.abs(shares[mesh.faces[2]]), 2 * np.array(INSIDE), rtol=1e-14)
@@ -501,8 +503,8 @@ def test_shares_keep_their_length() -> None:
 def test_vectors_within_faces_refused() -> None:
     """Normal to the face, or two vectors at one point."""
     mesh = zoo_mesh("sphere")
-    point = face_source(mesh, 7)
+    point = face_point(mesh, 7)
     with pytest.raises(FieldError, match=r"source face 7 \(0.333333, .* is normal to the surface"):
         VectorHeat(mesh).from_sources(point, mesh.face_normals[[7]])
     with pytest.raises(FieldError, match=r"source face 7 .* is given twice, with different vectors"):
-        VectorHeat(mesh).from_sources(joined([point, point]), [[1, 0, 0], [0, 1, 0]])
+        VectorHeat(mesh).from_sources(concatenate([point, point]), [[1, 0, 0], [0, 1, 0]])

@@ -10,20 +10,20 @@ from types import TracebackType
 _INTERRUPTS = (signal.SIGINT, signal.SIGTERM)
 
 
-class Behind:
+class BackgroundWriter:
     """Does what it is handed, piece after piece, in a thread of its own, while the caller goes on.
 
     A piece is taken when the one before it is done, so what one holds is all that is held. What goes wrong is raised in
     the caller, at the next piece or on leaving, and nothing is done after it. On leaving, by an interrupt too, the
     piece at hand is finished first: interrupts go to the main thread, so no piece is ever cut in two.
 
-    >>> with Behind() as behind:
-    ...     behind(lambda: print("written"))
+    >>> with BackgroundWriter() as writer:
+    ...     writer(lambda: print("written"))
     written
     """
 
     def __init__(self) -> None:
-        self._thread = ThreadPoolExecutor(1, "behind")
+        self._thread = ThreadPoolExecutor(1, "background_writer")
         self._latest: Future[None] | None = None
 
     def __call__(self, piece: Callable[[], None]) -> None:
@@ -31,7 +31,7 @@ class Behind:
         self._wait()
         self._latest = self._thread.submit(piece)
 
-    def __enter__(self) -> "Behind":
+    def __enter__(self) -> "BackgroundWriter":
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: object, trace: TracebackType | None) -> None:

@@ -12,16 +12,16 @@ import click
 from geomhw_cli import options
 from geomhw_cli.runtime.job import Job, robust_line
 from geomhw_cli.runtime.progress import progress
-from geomhw_cli.specs.queries import Questions
+from geomhw_cli.specs.queries import DistanceQueries
 
 if TYPE_CHECKING:
     from geomhw.arrays import Floats
     from geomhw.geodesic.heat_method import HeatDistance
-    from geomhw.io.artifacts.resumable_rows import PartialFile
+    from geomhw.io.artifacts.resumable_rows import ResumableFile
     from geomhw.mesh.triangle_mesh import TriangleMesh
 
 
-def many_options(command: Callable[..., None]) -> Callable[..., None]:
+def batch_options(command: Callable[..., None]) -> Callable[..., None]:
     """The options that ask for distances alone, from many sources."""
     for option in (
         click.option("--all-pairs", is_flag=True, help="Distances from each vertex to each: a matrix, -o D.npy."),
@@ -45,11 +45,11 @@ def many_options(command: Callable[..., None]) -> Callable[..., None]:
 
 
 @dataclass
-class ManyJob:
+class DistanceBatch:
     """One run: what is asked, where answers go, and how far it has come."""
 
     job: Job
-    questions: Questions
+    questions: DistanceQueries
     output: Path
     kind: str
     choices: dict[str, Any]
@@ -58,8 +58,8 @@ class ManyJob:
 
     @classmethod
     def plan(
-        cls, mesh_path: Path, questions: Questions, outputs: Sequence[Path], single: bool, choices: dict[str, Any]
-    ) -> "ManyJob":
+        cls, mesh_path: Path, questions: DistanceQueries, outputs: Sequence[Path], single: bool, choices: dict[str, Any]
+    ) -> "DistanceBatch":
         """Check names and usage before any work is done."""
         from geomhw.io import check_outputs
 
@@ -93,13 +93,13 @@ class ManyJob:
         self.job.written.append(str(self.output))
         self._report(mesh, solver, asked)
 
-    def _file(self, mesh: "TriangleMesh", shape: tuple[int, ...]) -> "PartialFile":
+    def _file(self, mesh: "TriangleMesh", shape: tuple[int, ...]) -> "ResumableFile":
         """What is written to, and whose run."""
         from math import prod
 
         from geomhw import __version__
         from geomhw.io.artifacts.numpy_file import npy_header
-        from geomhw.io.artifacts.resumable_rows import PartialFile
+        from geomhw.io.artifacts.resumable_rows import ResumableFile
 
         run = {
             "version": __version__,
@@ -110,11 +110,11 @@ class ManyJob:
             **self.choices,
         }
         start = npy_header(shape, self.kind)
-        partial = PartialFile(self.output, run, start, len(start) + prod(shape) * int(self.kind[-1]), ".npy")
+        partial = ResumableFile(self.output, run, start, len(start) + prod(shape) * int(self.kind[-1]), ".npy")
         self.resumed, self.note = partial.done, {**self.note, **partial.note}
         return partial
 
-    def _answer(self, mesh: "TriangleMesh", solver: "HeatDistance", asked: Any, partial: "PartialFile") -> None:
+    def _answer(self, mesh: "TriangleMesh", solver: "HeatDistance", asked: Any, partial: "ResumableFile") -> None:
         """Block by block, of a size that depends on the mesh alone: an interrupted run goes on with the same blocks."""
         from geomhw.geodesic.many_sources import block_size
 
@@ -136,7 +136,7 @@ class ManyJob:
         self.note["unreachable"] += int(values.size - np.count_nonzero(finite))
         return self.note
 
-    def _write_pairs(self, partial: "PartialFile", asked: Any) -> None:
+    def _write_pairs(self, partial: "ResumableFile", asked: Any) -> None:
         """Distances in the order of the lines."""
         import numpy as np
 
@@ -155,7 +155,7 @@ class ManyJob:
         partial.discard()
 
     @contextmanager
-    def _kept(self, partial: "PartialFile") -> Iterator[None]:
+    def _kept(self, partial: "ResumableFile") -> Iterator[None]:
         """Ctrl-C, or a signal to end, leaves what is done, and says so."""
         try:
             yield

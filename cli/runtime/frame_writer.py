@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from geomhw_cli import options
-from geomhw_cli.runtime.background_writer import Behind
+from geomhw_cli.runtime.background_writer import BackgroundWriter
 from geomhw_cli.runtime.job import Job
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ MOST_TRACERS = 10_000_000
 PICTURES = {"gif", "mp4", "png"}
 
 
-def reel_options(command: Callable[..., None]) -> Callable[..., None]:
+def frame_options(command: Callable[..., None]) -> Callable[..., None]:
     """The output options that the commands with time share."""
     for option in (
         click.option(
@@ -52,10 +52,10 @@ def reel_options(command: Callable[..., None]) -> Callable[..., None]:
 
 
 @dataclass
-class Reel:
+class FrameWriter:
     """Writes frames as they come and, at the end, the films of them.
 
-    behind: what frames are written in; left when the last one is added. rows: the lines of the table, one a frame that
+    background: the thread that writes frames; it ends with the last one. rows: the lines of the table, one a frame that
     is written.
     """
 
@@ -63,7 +63,7 @@ class Reel:
     series: "SeriesWriter"
     films: Mapping[str, Path]
     rows: list[dict[str, float]] = field(default_factory=list)
-    behind: Behind = field(default_factory=Behind)
+    background: BackgroundWriter = field(default_factory=BackgroundWriter)
 
     @classmethod
     def plan(
@@ -75,7 +75,7 @@ class Reel:
         png: Path | None,
         csv: Path | None,
         inputs: Sequence[Path] = (),
-    ) -> "Reel":
+    ) -> "FrameWriter":
         """Check all names, and that films can be made here, before any work is done."""
         from geomhw.errors import FormatError
         from geomhw.io import check_outputs
@@ -121,7 +121,7 @@ class Reel:
             if then:
                 then()
 
-        self.behind(piece)
+        self.background(piece)
 
     def _write_table(self) -> None:
         from geomhw.io.artifacts.table import write_csv

@@ -75,12 +75,12 @@ class Job:
         self.notes = found.report
         return found.mesh
 
-    def read_agreeing(self) -> "TriangleMesh":
+    def read_oriented(self) -> "TriangleMesh":
         """The same with faces turned so that they agree on what is up; how many were goes to the report."""
-        from geomhw.mesh.orientation import agreeing
+        from geomhw.mesh.orientation import oriented
 
         given = self.read()
-        mesh = agreeing(given)
+        mesh = oriented(given)
         if turned := int((mesh.faces != given.faces).any(axis=1).sum()):
             self.notes = {**self.notes, "turned_faces": turned}
         return mesh

@@ -4,7 +4,7 @@ import hashlib
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from geomhw_cli.runtime.frame_writer import Reel
+from geomhw_cli.runtime.frame_writer import FrameWriter
 
 if TYPE_CHECKING:
     from geomhw.fluid.state import FlowState
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 _ARRAYS = {"color", "rows", "frame_times"}
 
 
-def save_state(reel: Reel, mesh: "TriangleMesh", state: "FlowState", choices: dict[str, Any]) -> None:
+def save_state(writer: FrameWriter, mesh: "TriangleMesh", state: "FlowState", choices: dict[str, Any]) -> None:
     """Write what another run needs to go on from this state to the same numbers."""
     import numpy as np
 
@@ -24,16 +24,16 @@ def save_state(reel: Reel, mesh: "TriangleMesh", state: "FlowState", choices: di
         "mesh": _digest(mesh),
         "step": state.step,
         "time": state.time,
-        "columns": list(reel.rows[0]),
+        "columns": list(writer.rows[0]),
     }
     arrays = {f"memory_{name}": values for name, values in state.memory.items()}
     arrays["color"] = state.color
-    arrays["rows"] = np.array([list(row.values()) for row in reel.rows])
-    arrays["frame_times"] = np.array([frame.time for frame in reel.series.frames])
-    write_checkpoint(reel.checkpoint, description, arrays)
+    arrays["rows"] = np.array([list(row.values()) for row in writer.rows])
+    arrays["frame_times"] = np.array([frame.time for frame in writer.series.frames])
+    write_checkpoint(writer.checkpoint, description, arrays)
 
 
-def resumed(reel: Reel, mesh: "TriangleMesh", path: Path, choices: dict[str, Any]) -> "FlowState":
+def resumed(writer: FrameWriter, mesh: "TriangleMesh", path: Path, choices: dict[str, Any]) -> "FlowState":
     """The state of an earlier run; its frames up to there, and their table, become this run's.
 
     FormatError if it is of another mesh, another run, or not of this series.
@@ -59,13 +59,15 @@ def resumed(reel: Reel, mesh: "TriangleMesh", path: Path, choices: dict[str, Any
     if state.step == 0:
         return state  # the frame of the start will be written again
     kept = arrays["frame_times"].tolist()
-    frames = read_series(reel.series.path)[: len(kept)]
+    frames = read_series(writer.series.path)[: len(kept)]
     if [frame.time for frame in frames] != kept:
-        raise FormatError(f"{reel.series.path.name} does not hold the frames that {path.name} goes on from; start anew")
-    reel.series.frames[:] = frames
+        raise FormatError(
+            f"{writer.series.path.name} does not hold the frames that {path.name} goes on from; start anew"
+        )
+    writer.series.frames[:] = frames
     for row in arrays["rows"].tolist():
         named = dict(zip(description["columns"], row, strict=True))
-        reel.rows.append(named | {"step": int(named["step"])})
+        writer.rows.append(named | {"step": int(named["step"])})
     return state
 
 

@@ -14,12 +14,12 @@ from geomhw_cli.specs.sources import SourceSpecs, source_lines, source_pairs
 if TYPE_CHECKING:
     from geomhw.arrays import Floats, Ints
     from geomhw.geodesic.heat_method import HeatDistance
-    from geomhw.mesh.surface_points import Sources
+    from geomhw.mesh.surface_points import SurfacePoints
     from geomhw.mesh.triangle_mesh import TriangleMesh
 
 
 @dataclass
-class Questions:
+class DistanceQueries:
     """As they were typed. option: ``--all-pairs``, ``--pairs`` or ``--sources``. words: of the lines of pairs."""
 
     option: str
@@ -32,7 +32,7 @@ class Questions:
     @classmethod
     def parse(
         cls, all_pairs: bool, pairs: Path | None, source_file: Path | None, rest: dict[str, Any]
-    ) -> "Questions | None":
+    ) -> "DistanceQueries | None":
         """None where nothing of that kind is asked. UsageError for two of them, or one with what is for one source."""
         asked = [
             name
@@ -85,7 +85,7 @@ class Asked:
     """
 
     count: int
-    sets: "Sequence[Sources] | None" = None
+    sets: "Sequence[SurfacePoints] | None" = None
     targets: "Sequence[Ints] | None" = None
     lines: "Ints | None" = None
 
@@ -97,7 +97,7 @@ class Asked:
         """Those to some of the sets, one after the other."""
         import numpy as np
 
-        from geomhw.mesh.surface_points import vertex_sources
+        from geomhw.mesh.surface_points import vertex_points
 
         if self.sets is not None:
             rows = solver.rows(self.sets[first:last])
@@ -106,7 +106,7 @@ class Asked:
             rows = np.full((last - first, solver.mesh.n_vertices), np.inf)
             rows[np.arange(last - first), np.arange(first, last)] = 0.0
             used = np.setdiff1d(np.arange(first, last), solver.mesh.unreferenced_vertices)
-            rows[used - first] = solver.rows([vertex_sources(solver.mesh, [v]) for v in used.tolist()])
+            rows[used - first] = solver.rows([vertex_points(solver.mesh, [v]) for v in used.tolist()])
         if self.targets is None:
             return rows
         return np.concatenate([row[to] for row, to in zip(rows, self.targets[first:last], strict=True)])

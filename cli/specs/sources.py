@@ -11,7 +11,7 @@ import click
 from geomhw.errors import FieldError, FormatError
 
 if TYPE_CHECKING:
-    from geomhw.mesh.surface_points import Sources
+    from geomhw.mesh.surface_points import SurfacePoints
     from geomhw.mesh.triangle_mesh import TriangleMesh
 
 SOURCE_HELP = (
@@ -40,7 +40,7 @@ class Spec:
     parts: Mapping[str, str | None]
     origin: str = ""
 
-    def on(self, mesh: "TriangleMesh") -> "Sources":
+    def on(self, mesh: "TriangleMesh") -> "SurfacePoints":
         """The points that it names on a mesh; FieldError if there are none."""
         from geomhw.mesh import surface_points
 
@@ -50,15 +50,15 @@ class Spec:
             if first is not None:
                 return surface_points.vertex_range(mesh, int(first), int(self.parts["last"] or first))
             if face is not None:
-                return surface_points.face_source(mesh, int(face), _triple(weights) if weights else None)
+                return surface_points.face_point(mesh, int(face), _triple(weights) if weights else None)
             if near is not None:
-                return surface_points.nearest_source(mesh, _triple(near))
+                return surface_points.nearest_point(mesh, _triple(near))
             if axis is not None:
                 sign = 1 if self.parts["end"] == "max" else -1
-                return surface_points.vertex_sources(
+                return surface_points.vertex_points(
                     mesh, [surface_points.extreme_vertex(mesh, "xyz".index(axis), sign)]
                 )
-            return surface_points.boundary_sources(mesh)
+            return surface_points.boundary_points(mesh)
         except FieldError as error:
             raise FieldError(f"{self.origin}{error}") from None
 
@@ -83,13 +83,13 @@ class SourceSpecs:
                 specs += _of_text(text)
         return cls(specs, paths)
 
-    def on(self, mesh: "TriangleMesh") -> "Sources":
+    def on(self, mesh: "TriangleMesh") -> "SurfacePoints":
         """The points on a mesh, in the order in which they were named; the vertex of largest y if none was."""
-        from geomhw.mesh.surface_points import default_source, joined, vertex_sources
+        from geomhw.mesh.surface_points import concatenate, default_source, vertex_points
 
         if not self.specs:
-            return vertex_sources(mesh, [default_source(mesh)])
-        return joined([spec.on(mesh) for spec in self.specs])
+            return vertex_points(mesh, [default_source(mesh)])
+        return concatenate([spec.on(mesh) for spec in self.specs])
 
 
 def source_lines(path: Path) -> list[SourceSpecs]:
@@ -169,9 +169,9 @@ def shortened(report: Mapping[str, Any]) -> dict[str, Any]:
 
 def source_line(reported: Sequence[Any]) -> str:
     """The sources in one line; of many, their number and the first few."""
-    from geomhw.mesh.surface_points import source_name
+    from geomhw.mesh.surface_points import point_name
 
-    names = [source_name(source) for source in reported[:MOST_IN_A_LINE]]
+    names = [point_name(source) for source in reported[:MOST_IN_A_LINE]]
     if len(reported) > MOST_IN_A_LINE:
         return f"source: {len(reported)} points: {', '.join(names)}, ..."
     return f"source: {', '.join(names)}"

@@ -18,7 +18,7 @@ from geomhw.flow.initial_fields import random_field
 from geomhw.fluid.initial import rossby_haurwitz
 from geomhw.fluid.run import Plan, run
 from geomhw.fluid.schemes import SchemeName, scheme_of
-from geomhw.fluid.state import FlowState, Gauges, Scheme
+from geomhw.fluid.state import Diagnostics, FlowState, Scheme
 from geomhw.fluid.vorticity import VorticityModel
 from geomhw.mesh.primitives import icosphere
 from geomhw.mesh.triangle_mesh import TriangleMesh
@@ -78,7 +78,7 @@ def conservation(mesh: TriangleMesh, steps: int, picture: Path) -> None:
     rows = []
     for name, color in SCHEMES.items():
         scheme = scheme_of(mesh, name)
-        gauges = Gauges(scheme)
+        gauges = Diagnostics(scheme)
         table = []
         start = scheme.start(velocity, np.zeros(mesh.n_vertices))
         for moment in run(scheme, start, Plan(cfl=COURANT, steps=steps, every=10), None):

@@ -3,7 +3,7 @@
 import numpy as np
 
 from geomhw import scheme_of
-from geomhw.fluid.state import Gauges
+from geomhw.fluid.state import Diagnostics
 from geomhw.mesh.primitives import icosphere
 
 mesh = icosphere(4)
@@ -14,7 +14,7 @@ w = sum(np.exp(-40 * ((mesh.vertices - center) ** 2).sum(axis=1)) for center in 
 
 q = scheme.model.from_vorticity(w)  # integrated, and without its mean: a closed surface has no net vorticity
 state = scheme.from_vorticity(q, np.zeros(scheme.model.n_unknowns), np.zeros(0), color=z)
-measure, dt = Gauges(scheme), 0.25
+measure, dt = Diagnostics(scheme), 0.25
 before = measure(state, dt)["energy"]
 for step in range(1, 121):
     state = scheme.step(state, dt, force=None)

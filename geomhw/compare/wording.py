@@ -8,7 +8,7 @@ from geomhw.compare.findings import Comparison, Finding
 def lines(comparison: Comparison) -> list[str]:
     """A line for each finding, in columns, and a last one with the verdict."""
     rows = [
-        ("same" if f.same else "different", f.location, f.name, " x ".join(map(str, f.size)), _told(f))
+        ("same" if f.same else "different", f.location, f.name, " x ".join(map(str, f.size)), _describe(f))
         for f in comparison.findings
     ]
     widths = [max((len(row[k]) for row in rows), default=0) for k in range(4)]
@@ -22,7 +22,7 @@ def verdict(comparison: Comparison) -> str:
     return f"different: {different} of {count} differ" if different else f"same: {count} compared"
 
 
-def _told(finding: Finding) -> str:
+def _describe(finding: Finding) -> str:
     """The worst deviation, where it is and what is there; or the note alone."""
     if finding.location == "picture" or not (finding.absolute or finding.values):
         return ": ".join(filter(None, (_frame(finding) if finding.note else "", finding.note or "equal")))

@@ -13,7 +13,7 @@ import scipy.sparse as sp
 from geomhw.arrays import Floats, Ints
 from geomhw.flow.tangent_fields import energy, tangential
 from geomhw.mesh.geometry import corner_sum
-from geomhw.mesh.orientation import agreeing
+from geomhw.mesh.orientation import oriented
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.operators.crouzeix_raviart import edge_components, edge_gradient, edges_to_vertices, loop_edges
 from geomhw.operators.gradient import divergence, gradient
@@ -27,13 +27,13 @@ class HelmholtzDecomposition:
     """Decomposes fields on one mesh: each part is factored on first use, then answers any field.
 
     On a mesh with boundary, the curl-free part takes all flux through it: the rest flows along the boundary, with ψ
-    constant on each loop. Faces that disagree on what is up are taken as `agreeing`, which only the sign of ψ knows of.
+    constant on each loop. Faces that disagree on what is up are taken as `oriented`, which only the sign of ψ knows of.
     MeshError if a face has no area, an edge more than two faces, or the surface one side only.
     """
 
     def __init__(self, mesh: TriangleMesh) -> None:
         mesh.require_area()
-        self._given, self.mesh = mesh, agreeing(mesh)
+        self._given, self.mesh = mesh, oriented(mesh)
         self.mesh.require_oriented("the decomposition")
         mesh = self.mesh
         self._gradient = gradient(mesh)

@@ -4,7 +4,7 @@ import numpy as np
 
 from geomhw.arrays import Floats, Ints
 from geomhw.mesh.triangle_mesh import TriangleMesh
-from geomhw.operators.boundary_loops import loop_collapse
+from geomhw.operators.boundary_loops import loop_prolongation
 from geomhw.operators.laplacian import stiffness
 from geomhw.solvers.direct import DirectSolver
 from geomhw.solvers.nullspace import balanced, free_unknowns
@@ -14,7 +14,7 @@ class LoopPoisson:
     """Solves S f = b for f constant on each boundary loop; factors in the constructor, solves in the call."""
 
     def __init__(self, mesh: TriangleMesh) -> None:
-        self._E, stand_in = loop_collapse(mesh)
+        self._E, stand_in = loop_prolongation(mesh)
         self._components = mesh.components[stand_in]
         lone = np.flatnonzero(np.isin(stand_in, mesh.unreferenced_vertices))
         K = (self._E.T @ stiffness(mesh) @ self._E).tocsr()

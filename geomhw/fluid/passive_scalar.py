@@ -16,7 +16,7 @@ PART = 1.6
 WEAR = 1.0
 
 
-class Dye:
+class PassiveScalar:
     """Carries colors on one mesh with small lag, each held within the two rings of vertices that it came from.
 
     dc/dt = -B M D c, B the mass correction of the vorticity: with the lumped mass alone fine stripes stand still. What

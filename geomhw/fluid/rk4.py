@@ -11,7 +11,7 @@ from geomhw.fluid.vorticity_scheme import Memory, VorticityScheme
 STABLE = 2.2
 
 
-class FastScheme(VorticityScheme):
+class RK4Scheme(VorticityScheme):
     """dq/dt = -J_V B q and dc/dt by RK4, drift of order dt⁵; ConvergenceError for steps that are not stable.
 
     What the filter takes is found at the start of a step, and taken evenly, at no cost in energy at any stage.

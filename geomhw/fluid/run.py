@@ -46,7 +46,7 @@ class Plan:
 
 
 @dataclass(frozen=True)
-class Moment:
+class Snapshot:
     """A state to show, the step that led or leads there, and whether an uninterrupted run would come by it too."""
 
     state: FlowState
@@ -54,11 +54,11 @@ class Moment:
     regular: bool
 
 
-def run(scheme: Scheme, state: FlowState, plan: Plan, force: Force | None) -> Iterator[Moment]:
+def run(scheme: Scheme, state: FlowState, plan: Plan, force: Force | None) -> Iterator[Snapshot]:
     """The state at the start (if that is step 0), each ``every`` steps, and at the end, which is met exactly."""
     dt = step_length(scheme, state, plan)
     if state.step == 0:
-        yield Moment(state, dt, True)
+        yield Snapshot(state, dt, True)
     while not _at_end(state, plan):
         dt = step_length(scheme, state, plan)
         cut = False
@@ -70,9 +70,9 @@ def run(scheme: Scheme, state: FlowState, plan: Plan, force: Force | None) -> It
         except ConvergenceError as error:
             raise _too_long(scheme, state, dt, force) or error from error
         if state.step % plan.every == 0 and not cut:
-            yield Moment(state, dt, True)
+            yield Snapshot(state, dt, True)
         elif _at_end(state, plan):
-            yield Moment(state, dt, False)
+            yield Snapshot(state, dt, False)
 
 
 def step_length(scheme: Scheme, state: FlowState, plan: Plan) -> float:

@@ -4,8 +4,8 @@ from typing import Literal, get_args
 
 from geomhw.errors import FieldError
 from geomhw.fluid.conservative import ConservativeScheme
-from geomhw.fluid.rk4 import FastScheme
-from geomhw.fluid.stable_fluids import Advection, SplittingScheme
+from geomhw.fluid.rk4 import RK4Scheme
+from geomhw.fluid.stable_fluids import Advection, StableFluidsScheme
 from geomhw.fluid.state import Scheme
 from geomhw.mesh.triangle_mesh import TriangleMesh
 
@@ -24,9 +24,9 @@ def scheme_of(
     if name == "handout":
         if viscosity:
             raise FieldError("the handout's scheme has no viscosity of its own; choose another scheme")
-        return SplittingScheme(mesh, advection)
+        return StableFluidsScheme(mesh, advection)
     if name == "conservative":
         return ConservativeScheme(mesh, filter, viscosity)
     if name == "fast":
-        return FastScheme(mesh, filter, viscosity)
+        return RK4Scheme(mesh, filter, viscosity)
     raise FieldError(f"there is no scheme '{name}'; choose from {', '.join(get_args(SchemeName))}")

@@ -23,7 +23,7 @@ from geomhw.solvers.expm import taylor3
 Advection = Literal["full", "increment"]
 
 
-class SplittingScheme:
+class StableFluidsScheme:
     """Advection, force, projection, in that order; one factorization for all steps.
 
     advection: ``full``, V ← Π Q T P V, the letter of eq. 8, or ``increment``, V ← V + Π Q (T - I) P V, which averages

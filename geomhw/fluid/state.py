@@ -51,7 +51,7 @@ class Scheme(Protocol):
         """What else the scheme knows of the flow as a whole, by the names of its columns."""
 
 
-class Gauges:
+class Diagnostics:
     """Measures states of one mesh: what a flow should keep, and how far it strays."""
 
     def __init__(self, scheme: Scheme) -> None:

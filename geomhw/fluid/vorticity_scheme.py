@@ -7,7 +7,7 @@ import scipy.sparse as sp
 
 from geomhw.arrays import Floats, dot
 from geomhw.errors import FieldError
-from geomhw.fluid.passive_scalar import Dye
+from geomhw.fluid.passive_scalar import PassiveScalar
 from geomhw.fluid.state import FlowState, Force
 from geomhw.fluid.vorticity import VorticityModel
 from geomhw.mesh.triangle_mesh import TriangleMesh
@@ -34,7 +34,7 @@ class VorticityScheme:
             raise FieldError(f"the viscosity must be zero or a positive number, not {viscosity}")
         self.mesh = mesh
         self.model = VorticityModel(mesh)
-        self._dye = Dye(self.model)
+        self._dye = PassiveScalar(self.model)
         self._filter = filter
         self._viscosity = viscosity
         self._diffusion = lru_cache(maxsize=2)(self.model.diffusion)

@@ -25,7 +25,7 @@ STEEP, VISITS = 0.1, 0.05
 PIECE = 1 << 18
 
 
-class PathBound:
+class EdgePathBound:
     """The least of functions on one surface and the distance along edges from a vertex to each."""
 
     def __init__(self, surface: PolyhedralSurface) -> None:

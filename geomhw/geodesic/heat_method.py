@@ -12,20 +12,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geomhw.arrays import Floats, Ints, pieces
-from geomhw.background import begun
+from geomhw.background import submit
 from geomhw.errors import ConvergenceError
 from geomhw.geodesic.diffusion_time import TimeStep
 from geomhw.geodesic.edge_paths import edge_path_distance
-from geomhw.geodesic.heat_step import LEVEL, Boundary, HeatFlow
-from geomhw.geodesic.many_sources import DistanceRows, block_size
+from geomhw.geodesic.heat_step import LEVEL, Boundary, HeatStep
+from geomhw.geodesic.many_sources import ManySources, block_size
 from geomhw.geodesic.source_conditions import chord_to_nearest, held_distance, known_distances, source_heat
 from geomhw.geodesic.unfolding import Unfolding
 from geomhw.intrinsic.robust import RobustTriangulation
 from geomhw.mesh.curvature import angle_defects
 from geomhw.mesh.geometry import at_corners, lengths, unit
-from geomhw.mesh.orientation import distinct
+from geomhw.mesh.orientation import without_duplicate_faces
 from geomhw.mesh.polyhedral import PolyhedralSurface
-from geomhw.mesh.surface_points import Sources, vertex_sources
+from geomhw.mesh.surface_points import SurfacePoints, vertex_points
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.operators.gradient import divergence_of, slopes_on
 from geomhw.results import Field, Result
@@ -46,7 +46,7 @@ class HeatDistance:
     time: as in `time_step`. robust: compute on the intrinsic Delaunay triangulation of the mesh, see
     `RobustTriangulation`, where heat is nowhere negative and faces without area do no harm; h is then the mean edge
     length there. refine: correct the distances by `Unfolding`; by default where robust is asked for. boundary: how heat
-    meets the boundary, as in `HeatFlow`; the mean of both conditions is best next to it. solver: ``direct`` factors,
+    meets the boundary, as in `HeatStep`; the mean of both conditions is best next to it. solver: ``direct`` factors,
     once for all sources; ``multigrid`` iterates, which on large meshes takes a fraction of that; ``auto`` goes by the
     size of the mesh and by how many queries are to come, and factors where iteration does not converge. Copies of faces
     are left out. stages: seconds by stage. MeshError if a face has no area and robust is not asked for, FieldError for
@@ -73,8 +73,8 @@ class HeatDistance:
         self._refine = robust if refine is None else refine
         with self.stages("connectivity"):
             # Areas do not wait for edges.
-            areas = None if robust else begun(lambda: (mesh.degenerate_faces, mesh.vertex_areas))
-            self._single = single = distinct(mesh)
+            areas = None if robust else submit(lambda: (mesh.degenerate_faces, mesh.vertex_areas))
+            self._single = single = without_duplicate_faces(mesh)
             if areas:
                 areas.result()
         self.robust: RobustTriangulation | None = None
@@ -84,7 +84,7 @@ class HeatDistance:
         self._domain = self.robust.surface if self.robust else single
         work = Work(queries, min(queries, block_size(mesh.n_vertices)))
         with self.stages("assembly"):
-            self._flow = HeatFlow(self._domain, time, boundary, single.boundary_vertices, solver, work)
+            self._flow = HeatStep(self._domain, time, boundary, single.boundary_vertices, solver, work)
 
     @property
     def time(self) -> TimeStep:
@@ -100,11 +100,11 @@ class HeatDistance:
         return LaplaceSolver(self._flow.stiffness, self._free, self._flow.solver, self._flow.work)
 
     @cached_property
-    def _rows(self) -> DistanceRows | None:
+    def _rows(self) -> ManySources | None:
         """What answers many vertices at once; nothing where systems are solved by iteration."""
         if self._flow.iterates or not self._poisson_solver.factored:
             return None
-        return DistanceRows(self.mesh, self._domain, self._flow, self._poisson_solver)
+        return ManySources(self.mesh, self._domain, self._flow, self._poisson_solver)
 
     @cached_property
     def _unfolding(self) -> Unfolding:
@@ -116,9 +116,9 @@ class HeatDistance:
 
     def from_vertices(self, sources: Sequence[int] | Ints) -> Result:
         """Distance from the nearest of the source vertices; fields as in `from_sources`."""
-        return self.from_sources(vertex_sources(self.mesh, sources))
+        return self.from_sources(vertex_points(self.mesh, sources))
 
-    def from_sources(self, sources: Sources) -> Result:
+    def from_sources(self, sources: SurfacePoints) -> Result:
         """Distance from the nearest of the sources, vertices or points within faces, in any order.
 
         Fields, per vertex: ``heat`` u, with (M + tS) u = 1 at a single source, shared by the corners of its face if it
@@ -159,7 +159,7 @@ class HeatDistance:
             ]
             return Result(mesh, fields, self._report(wanted, distance) | raised)
 
-    def rows(self, queries: Sequence[Sources]) -> Floats:
+    def rows(self, queries: Sequence[SurfacePoints]) -> Floats:
         """Distances from each of several sets of sources, (k, n): those of `from_sources`, to rounding.
 
         Sets of one vertex are solved for in blocks, where systems are factored, at a fraction of the time.
@@ -186,7 +186,7 @@ class HeatDistance:
         if self._rows:
             self._flow.prepare()
 
-    def _unfolded(self, sources: Sources, distance: Floats) -> Floats:
+    def _unfolded(self, sources: SurfacePoints, distance: Floats) -> Floats:
         """Distances corrected by unfolding."""
         # A face that holds a source is one of the mesh, and may be none of another triangulation.
         unfold = self._unfolding_of_mesh if self.robust and len(sources.within_faces) else self._unfolding
@@ -204,7 +204,9 @@ class HeatDistance:
             **({"robust": self.robust.report()} if self.robust else {}),
         }
 
-    def _distance(self, spread: Floats, sources: Sources, start: Floats, reached: Ints, heat: LogValues) -> Floats:
+    def _distance(
+        self, spread: Floats, sources: SurfacePoints, start: Floats, reached: Ints, heat: LogValues
+    ) -> Floats:
         """φ with Sφ = -Div X, right at the sources."""
         mesh = self.mesh
         labels = mesh.components[sources.corners[:, 0]]
@@ -228,7 +230,7 @@ class HeatDistance:
         values -= zero[self.mesh.components]
 
     def _bounded(
-        self, distance: Floats, sources: Sources, start: Floats, paths: Floats
+        self, distance: Floats, sources: SurfacePoints, start: Floats, paths: Floats
     ) -> tuple[Floats, dict[str, Any]]:
         """No longer than the shortest path along edges; and where the method errs below zero, as it can beside a
         source, no shorter than the chord: the report says at how many vertices, and how far below."""
@@ -240,7 +242,7 @@ class HeatDistance:
         distance[low] = chord_to_nearest(self.mesh, sources, np.flatnonzero(low))
         return distance, {"below_zero": raised}
 
-    def _report(self, sources: Sources, distance: Floats) -> dict[str, Any]:
+    def _report(self, sources: SurfacePoints, distance: Floats) -> dict[str, Any]:
         finite = np.isfinite(distance)
         if np.isnan(distance).any():
             raise ConvergenceError("the distance came out undefined; look for faces of nearly no area")

@@ -29,7 +29,7 @@ LEVEL = 1e-9
 Boundary = Literal["neumann", "dirichlet", "average"]
 
 
-class HeatFlow:
+class HeatStep:
     """One backward Euler step of the heat equation: (M + tS) u = u0, with u0 integrated over vertices [GIH, eq. 3].
 
     Factors on first use. time: as in `time_step`. boundary: what holds at the rim, the vertices of the mesh's boundary;

@@ -11,8 +11,8 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from geomhw.arrays import Floats, Ints
-from geomhw.geodesic.edge_path_bound import PathBound
-from geomhw.geodesic.heat_step import LEVEL, HeatFlow
+from geomhw.geodesic.edge_path_bound import EdgePathBound
+from geomhw.geodesic.heat_step import LEVEL, HeatStep
 from geomhw.mesh.geometry import unit
 from geomhw.mesh.hilbert_curve import hilbert_keys
 from geomhw.mesh.polyhedral import PolyhedralSurface
@@ -32,17 +32,17 @@ def block_size(n: int) -> int:
     return max(1, min(BLOCK, LARGEST // n))
 
 
-class DistanceRows:
+class ManySources:
     """Solves for blocks of source vertices on one surface.
 
     mesh: in space. surface: what heat flows on, the mesh or a triangulation of it. flow, poisson: both factored.
     """
 
-    def __init__(self, mesh: TriangleMesh, surface: PolyhedralSurface, flow: HeatFlow, poisson: LaplaceSolver) -> None:
+    def __init__(self, mesh: TriangleMesh, surface: PolyhedralSurface, flow: HeatStep, poisson: LaplaceSolver) -> None:
         assert poisson.factored
         self._mesh, self._flow, self._poisson = mesh, flow, poisson.factored
         self._pieces = _pieces(mesh, surface)
-        self._bound = PathBound(surface)
+        self._bound = EdgePathBound(surface)
         n = mesh.n_vertices
         ones = np.ones(n)
         self._sums = sp.csr_array((ones, (mesh.components, np.arange(n))))

@@ -8,16 +8,16 @@ both as boundary conditions].
 import numpy as np
 
 from geomhw.arrays import Floats, Ints
-from geomhw.geodesic.heat_step import HeatFlow
+from geomhw.geodesic.heat_step import HeatStep
 from geomhw.mesh.geometry import lengths
-from geomhw.mesh.surface_points import Sources
+from geomhw.mesh.surface_points import SurfacePoints
 from geomhw.mesh.topology import counting_order
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.solvers.auto import LaplaceSolver
 from geomhw.solvers.nullspace import free_unknowns
 
 
-def source_heat(flow: HeatFlow, sources: Sources) -> Floats:
+def source_heat(flow: HeatStep, sources: SurfacePoints) -> Floats:
     """Heat to start with, (n,), integrated: one at a single vertex, shared by the corners for a point within a face.
 
     Several vertices get one each on average, in such shares that (M + tS) u makes them all equally warm.
@@ -36,7 +36,7 @@ def source_heat(flow: HeatFlow, sources: Sources) -> Floats:
     return impulse
 
 
-def known_distances(mesh: TriangleMesh, sources: Sources) -> Floats:
+def known_distances(mesh: TriangleMesh, sources: SurfacePoints) -> Floats:
     """Distances that are known, (n,), inf elsewhere: 0 at source vertices, and straight lines to the corners of the
     faces that hold a source; but not where another source is nearer as the crow flies, for there it may be shorter."""
     distance = np.full(mesh.n_vertices, np.inf)
@@ -61,7 +61,7 @@ def known_distances(mesh: TriangleMesh, sources: Sources) -> Floats:
     return distance
 
 
-def held_distance(flow: HeatFlow, spread: Floats, start: Floats, reached: Ints) -> Floats:
+def held_distance(flow: HeatStep, spread: Floats, start: Floats, reached: Ints) -> Floats:
     """φ with Sφ = -Div X where it is not held at what is known, ``start``, (n,); zero where it is not reached."""
     mesh, held = flow.mesh, np.flatnonzero(np.isfinite(start))
     phi = np.where(np.isfinite(start), start, 0.0)
@@ -69,7 +69,7 @@ def held_distance(flow: HeatFlow, spread: Floats, start: Floats, reached: Ints) 
     return np.asarray(phi + LaplaceSolver(flow.stiffness, free, flow.solver)(-spread - flow.stiffness @ phi))
 
 
-def chord_to_nearest(mesh: TriangleMesh, sources: Sources, vertices: Ints | slice = slice(None)) -> Floats:
+def chord_to_nearest(mesh: TriangleMesh, sources: SurfacePoints, vertices: Ints | slice = slice(None)) -> Floats:
     """Straight through space from these vertices to the nearest source, (k,): no path on the surface is shorter."""
     places = sources.positions(mesh)
     if len(places) == 1:
@@ -79,7 +79,7 @@ def chord_to_nearest(mesh: TriangleMesh, sources: Sources, vertices: Ints | slic
     return np.asarray(KDTree(places).query(mesh.vertices[vertices])[0])
 
 
-def _chords(mesh: TriangleMesh, sources: Sources, vertices: Ints) -> Floats:
+def _chords(mesh: TriangleMesh, sources: SurfacePoints, vertices: Ints) -> Floats:
     """The chord from each vertex to the nearest source of its component, (k,)."""
     if not len(sources.within_faces):
         return np.zeros(len(vertices))
@@ -91,7 +91,7 @@ def _chords(mesh: TriangleMesh, sources: Sources, vertices: Ints) -> Floats:
     return chords
 
 
-def _holding(mesh: TriangleMesh, points: Sources) -> tuple[Ints, Floats]:
+def _holding(mesh: TriangleMesh, points: SurfacePoints) -> tuple[Ints, Floats]:
     """Every face that holds one of the points, and that point, (k, 3): its own face, on an edge its neighbors too."""
     place, edges = points.positions(mesh), mesh.edge_table
     on_edge = np.flatnonzero((points.weights == 0).any(axis=1))

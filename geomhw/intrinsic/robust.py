@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from geomhw.intrinsic.delaunay import DelaunayFlips
 from geomhw.intrinsic.intrinsic_mesh import IntrinsicMesh, mollified
-from geomhw.intrinsic.tufted_cover import two_sided
+from geomhw.intrinsic.tufted_cover import tufted_cover
 from geomhw.mesh.polyhedral import PolyhedralSurface
 
 
@@ -28,7 +28,7 @@ class RobustTriangulation:
         an edge, and edges flipped. ConvergenceError if the flips do not come to an end."""
         surface, growth = mollified(IntrinsicMesh.of(mesh))
         suited = mesh.is_closed and mesh.is_edge_manifold and mesh.is_oriented
-        flipped = DelaunayFlips(surface if suited else two_sided(surface))
+        flipped = DelaunayFlips(surface if suited else tufted_cover(surface))
         return cls(flipped.surface, growth, flipped.flips, flipped.rounds)
 
     def report(self) -> dict[str, float | int]:

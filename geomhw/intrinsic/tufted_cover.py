@@ -7,7 +7,7 @@ from geomhw.intrinsic.intrinsic_mesh import IntrinsicMesh
 from geomhw.mesh.topology import Edges, halfedges
 
 
-def two_sided(surface: IntrinsicMesh) -> IntrinsicMesh:
+def tufted_cover(surface: IntrinsicMesh) -> IntrinsicMesh:
     """The tufted cover: a front and a back of each face, glued so that every edge has two faces which agree on what is
     up; over the same vertices, in two sheets [Sharp, Crane 2020, sec. 3.2].
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from geomhw.arrays import Ints
 from geomhw.mesh import geometry, topology
-from geomhw.mesh.orientation import distinct
+from geomhw.mesh.orientation import without_duplicate_faces
 from geomhw.mesh.orientation_signs import one_sided_faces
 from geomhw.mesh.triangle_mesh import TriangleMesh
 
@@ -36,7 +36,7 @@ def findings(mesh: TriangleMesh) -> list[Finding]:
 
 
 def _defects(mesh: TriangleMesh) -> list[Finding]:
-    single = distinct(mesh)
+    single = without_duplicate_faces(mesh)
     one_sided = one_sided_faces(single.edge_table)
     found: list[tuple[str, str, Ints, str]] = [
         (

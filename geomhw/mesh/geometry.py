@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from geomhw.arrays import Floats, Ints, pieces, summed
+from geomhw.arrays import Floats, Ints, pieces, scatter_add
 
 #: Coordinates are trusted to this many units in their last place.
 ROUNDING_UNITS = 8
@@ -110,8 +110,8 @@ def corner_sum(values: Floats, faces: Ints, size: int) -> Floats:
     """Sum at each vertex of values given per corner, (m, 3) or, the same at all three corners, (m,)."""
     columns = values.reshape(len(faces), -1)
     if columns.shape[1] == 1:
-        return np.asarray(sum(summed(columns[:, 0], corner, size) for corner in faces.T))
-    return summed(columns.ravel(), faces.ravel(), size)
+        return np.asarray(sum(scatter_add(columns[:, 0], corner, size) for corner in faces.T))
+    return scatter_add(columns.ravel(), faces.ravel(), size)
 
 
 def vector_sum(vectors: Floats, faces: Ints, size: int, signs: Ints | int = 1) -> Floats:

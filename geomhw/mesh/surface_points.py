@@ -19,7 +19,7 @@ SNAP = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
-class Sources:
+class SurfacePoints:
     """k points of a mesh, in the order in which they were given, by the barycentric weights of three corners.
 
     faces: (k,), the face that each lies in, -1 for a vertex.
@@ -34,9 +34,9 @@ class Sources:
     def __len__(self) -> int:
         return len(self.faces)
 
-    def __getitem__(self, which: Ints) -> "Sources":
+    def __getitem__(self, which: Ints) -> "SurfacePoints":
         """Some of them, by their places or a mask."""
-        return Sources(self.faces[which], self.corners[which], self.weights[which])
+        return SurfacePoints(self.faces[which], self.corners[which], self.weights[which])
 
     @property
     def vertices(self) -> Ints:
@@ -44,7 +44,7 @@ class Sources:
         return np.asarray(self.corners[self.faces < 0, 0])
 
     @property
-    def within_faces(self) -> "Sources":
+    def within_faces(self) -> "SurfacePoints":
         """Those that are none."""
         return self[self.faces >= 0]
 
@@ -83,22 +83,24 @@ class Sources:
 
     def name(self, k: int) -> str:
         """The k-th in words."""
-        return source_name(self[np.array([k])].report()[0])
+        return point_name(self[np.array([k])].report()[0])
 
 
-def source_name(reported: Any) -> str:
-    """A source as `Sources.report` has it, in words."""
+def point_name(reported: Any) -> str:
+    """A source as `SurfacePoints.report` has it, in words."""
     if isinstance(reported, int):
         return str(reported)
     return f"face {reported['face']} ({', '.join(f'{b:.6g}' for b in reported['barycentric'])})"
 
 
-def joined(parts: Sequence[Sources]) -> Sources:
+def concatenate(parts: Sequence[SurfacePoints]) -> SurfacePoints:
     """All of them, one after the other."""
-    return Sources(*(np.concatenate([getattr(p, name) for p in parts]) for name in ("faces", "corners", "weights")))
+    return SurfacePoints(
+        *(np.concatenate([getattr(p, name) for p in parts]) for name in ("faces", "corners", "weights"))
+    )
 
 
-def vertex_sources(mesh: TriangleMesh, vertices: Sequence[int] | Ints) -> Sources:
+def vertex_points(mesh: TriangleMesh, vertices: Sequence[int] | Ints) -> SurfacePoints:
     """Sources at vertices; FieldError if there is none or one is no vertex of the surface."""
     wanted = np.atleast_1d(np.asarray(vertices))
     if wanted.size == 0:
@@ -111,16 +113,16 @@ def vertex_sources(mesh: TriangleMesh, vertices: Sequence[int] | Ints) -> Source
     if (loose := np.isin(wanted, mesh.unreferenced_vertices)).any():
         raise FieldError(f"source {wanted[loose][0]} belongs to no face; choose a vertex on the surface")
     k = len(wanted)
-    return Sources(np.full(k, -1), np.repeat(wanted[:, None], 3, axis=1), np.tile([1.0, 0.0, 0.0], (k, 1)))
+    return SurfacePoints(np.full(k, -1), np.repeat(wanted[:, None], 3, axis=1), np.tile([1.0, 0.0, 0.0], (k, 1)))
 
 
-def vertex_range(mesh: TriangleMesh, first: int, last: int) -> Sources:
+def vertex_range(mesh: TriangleMesh, first: int, last: int) -> SurfacePoints:
     """Sources at the vertices from one to another, both included."""
-    vertex_sources(mesh, [first, last])  # before a range of any length is laid out
-    return vertex_sources(mesh, np.arange(first, last + 1))
+    vertex_points(mesh, [first, last])  # before a range of any length is laid out
+    return vertex_points(mesh, np.arange(first, last + 1))
 
 
-def face_source(mesh: TriangleMesh, face: int, weights: ArrayLike | None = None) -> Sources:
+def face_point(mesh: TriangleMesh, face: int, weights: ArrayLike | None = None) -> SurfacePoints:
     """A source within a face, by default at its barycenter.
 
     weights: barycentric coordinates, (3,), in the order of the face's corners. They are divided by their sum, which
@@ -139,23 +141,23 @@ def face_source(mesh: TriangleMesh, face: int, weights: ArrayLike | None = None)
     b = np.where(b < SNAP, 0.0, b)
     corners = mesh.faces[face].astype(np.int64)
     if np.count_nonzero(b) == 1:
-        return vertex_sources(mesh, corners[b > 0])
-    return Sources(np.array([face]), corners[None], b[None] / b.sum())
+        return vertex_points(mesh, corners[b > 0])
+    return SurfacePoints(np.array([face]), corners[None], b[None] / b.sum())
 
 
-def boundary_sources(mesh: TriangleMesh) -> Sources:
+def boundary_points(mesh: TriangleMesh) -> SurfacePoints:
     """Sources at all vertices of the boundary; FieldError if there is none."""
     if mesh.is_closed:
         raise FieldError("the mesh has no boundary; name vertices or faces as sources")
-    return vertex_sources(mesh, mesh.boundary_vertices)
+    return vertex_points(mesh, mesh.boundary_vertices)
 
 
-def nearest_source(mesh: TriangleMesh, point: ArrayLike) -> Sources:
+def nearest_point(mesh: TriangleMesh, point: ArrayLike) -> SurfacePoints:
     """A source at the point of the surface nearest to a point in space, (3,): a vertex only if it is that point."""
     place = np.asarray(point, dtype=float)
     if place.shape != (3,) or not np.isfinite(place).all():
         raise FieldError(f"a point in space has three finite coordinates, not {place.tolist()}")
-    return face_source(mesh, *nearest_on_surface(mesh, place))
+    return face_point(mesh, *nearest_on_surface(mesh, place))
 
 
 def extreme_vertex(mesh: TriangleMesh, axis: int, sign: int) -> int:

@@ -22,7 +22,7 @@ def loop_groups(mesh: TriangleMesh) -> Ints:
     return np.asarray(first[labels])
 
 
-def loop_collapse(mesh: TriangleMesh) -> tuple[sp.csr_array, Ints]:
+def loop_prolongation(mesh: TriangleMesh) -> tuple[sp.csr_array, Ints]:
     """0/1 matrix E, (n, k), from one unknown an inner vertex and one a boundary loop to vertices; and (k,) vertices
     that stand for the unknowns."""
     stand_in, unknown = np.unique(loop_groups(mesh), return_inverse=True)

@@ -6,7 +6,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from geomhw.arrays import Floats, Ints, summed
+from geomhw.arrays import Floats, Ints, scatter_add
 
 
 def edge_matrix(edges: Ints, values: NDArray[Any], diagonal: Floats) -> sp.csr_array:
@@ -24,4 +24,4 @@ def edge_matrix(edges: Ints, values: NDArray[Any], diagonal: Floats) -> sp.csr_a
 def weight_sums(edges: Ints, weights: Floats, size: int) -> Floats:
     """Sum of the weights of edges, (e,), at both of their ends, (size,)."""
     i, j = edges.T
-    return summed(weights, i, size) + summed(weights, j, size)
+    return scatter_add(weights, i, size) + scatter_add(weights, j, size)

@@ -9,7 +9,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from geomhw.arrays import Floats
-from geomhw.background import begun
+from geomhw.background import submit
 from geomhw.errors import ConvergenceError, FieldError
 from geomhw.solvers.cost_model import ONE, Kind, Work, cheapest, seconds
 from geomhw.solvers.direct import DirectSolver
@@ -55,7 +55,7 @@ class LaplaceSolver:
         if self._iterate and not self._begun:
             import pyamg.aggregation  # noqa: F401  for both threads
 
-            self._begun = begun(lambda: MultigridSolver(self._matrix, self._free))
+            self._begun = submit(lambda: MultigridSolver(self._matrix, self._free))
 
     @cached_property
     def _direct(self) -> DirectSolver:

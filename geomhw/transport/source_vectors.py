@@ -6,7 +6,7 @@ from numpy.typing import ArrayLike
 from geomhw.arrays import Floats, Ints
 from geomhw.errors import FieldError
 from geomhw.mesh.geometry import unit
-from geomhw.mesh.surface_points import Sources
+from geomhw.mesh.surface_points import SurfacePoints
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.operators.connection_laplacian import Complexes
 
@@ -14,7 +14,7 @@ from geomhw.operators.connection_laplacian import Complexes
 LEAST_TANGENT_SHARE = 1e-6
 
 
-def source_frames(mesh: TriangleMesh, sources: Sources) -> Floats:
+def source_frames(mesh: TriangleMesh, sources: SurfacePoints) -> Floats:
     """Right-handed orthonormal frame of the tangent plane of each source, (k, 2, 3).
 
     At a vertex one of ``tangent_frames``; within a face its own plane, the first vector along its first edge.
@@ -42,7 +42,7 @@ def seeded_angle(seed: int) -> float:
     return float(360 * np.random.default_rng(seed).random())
 
 
-def tangent_vectors(mesh: TriangleMesh, sources: Sources, vectors: ArrayLike) -> tuple[Sources, Floats]:
+def tangent_vectors(mesh: TriangleMesh, sources: SurfacePoints, vectors: ArrayLike) -> tuple[SurfacePoints, Floats]:
     """The different sources, and the tangential part of the vector at each, (k, 3).
 
     FieldError for a vector that is zero, not finite or normal to the surface, and for a source given twice with
@@ -73,7 +73,7 @@ def tangent_vectors(mesh: TriangleMesh, sources: Sources, vectors: ArrayLike) ->
     return wanted, tangent
 
 
-def spread_to_corners(mesh: TriangleMesh, sources: Sources, tangent: Floats) -> Complexes:
+def spread_to_corners(mesh: TriangleMesh, sources: SurfacePoints, tangent: Floats) -> Complexes:
     """The vectors, (k, 3), at vertices, (n,), as complex numbers in ``tangent_frames``.
 
     One within a face goes to its corners by the barycentric weights, turned from the face's plane to theirs by the

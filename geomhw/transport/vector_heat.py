@@ -14,10 +14,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from geomhw.arrays import Floats, Ints
 from geomhw.geodesic.diffusion_time import TimeStep
-from geomhw.geodesic.heat_step import HeatFlow
+from geomhw.geodesic.heat_step import HeatStep
 from geomhw.intrinsic.robust import RobustTriangulation
-from geomhw.mesh.orientation import distinct, two_sided_cover
-from geomhw.mesh.surface_points import Sources, vertex_sources
+from geomhw.mesh.orientation import orientation_cover, without_duplicate_faces
+from geomhw.mesh.surface_points import SurfacePoints, vertex_points
 from geomhw.mesh.topology import pinched_vertices
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.operators.connection_laplacian import (
@@ -43,7 +43,7 @@ class VectorHeat:
     means sweeps that follow the heat here. MeshError if a face has no area and robust is not asked for or, for
     ``intrinsic``, the mesh is no manifold; FieldError for ``intrinsic`` and robust at once.
 
-    Faces need not agree on what is up: all is done on the `two_sided_cover`, with the same vector at both vertices of
+    Faces need not agree on what is up: all is done on the `orientation_cover`, with the same vector at both vertices of
     one place where the surface is one-sided.
 
     >>> from geomhw.mesh.primitives import icosphere
@@ -62,10 +62,10 @@ class VectorHeat:
     ) -> None:
         self.mesh = mesh
         self.connection = connection
-        self._cover = cover = two_sided_cover(mesh)
+        self._cover = cover = orientation_cover(mesh)
         self.robust = RobustTriangulation.of(cover) if robust else None
         surface = self.robust.surface if self.robust else None
-        self._flow = HeatFlow(surface or cover, time, solver=solver)
+        self._flow = HeatStep(surface or cover, time, solver=solver)
         K = complex_connection_stiffness(cover, connection, surface)
         self._matrix = (lumped_mass(surface or cover) + self.time.t * K).tocsr()
 
@@ -77,7 +77,7 @@ class VectorHeat:
     @cached_property
     def _crossings(self) -> dict[str, int]:
         """How many edges and vertices have no tangent plane, by name, of those that there are."""
-        single = distinct(self.mesh)
+        single = without_duplicate_faces(self.mesh)
         edges = int(np.count_nonzero(single.edge_table.face_counts > 2))
         vertices = len(pinched_vertices(single.faces, single.edge_table, single.n_vertices))
         counts = {"non_manifold_edges": edges, "non_manifold_vertices": vertices}
@@ -99,7 +99,7 @@ class VectorHeat:
 
         Where sources meet, values blend; none leaves their range. NaN where no source can be reached.
         """
-        named = vertex_sources(self.mesh, sources)
+        named = vertex_points(self.mesh, sources)
         chosen = named.distinct()[0]
         wanted, given = named[chosen], np.asarray(values, dtype=float)[chosen]
         weight = self._flow.from_impulse(self._impulse(wanted))
@@ -109,9 +109,9 @@ class VectorHeat:
 
     def from_vertices(self, sources: Sequence[int] | Ints, vectors: ArrayLike) -> Result:
         """Diffuse and transport one vector a source vertex; all else as in `from_sources`."""
-        return self.from_sources(vertex_sources(self.mesh, sources), vectors)
+        return self.from_sources(vertex_points(self.mesh, sources), vectors)
 
-    def from_sources(self, sources: Sources, vectors: ArrayLike) -> Result:
+    def from_sources(self, sources: SurfacePoints, vectors: ArrayLike) -> Result:
         """Diffuse and transport one vector a source; ``vectors``: (k, 3), of which the tangential part counts, within a
         face that in its plane.
 
@@ -151,15 +151,15 @@ class VectorHeat:
         ]
         return Result(mesh, fields, report)
 
-    def _start(self, sources: Sources, tangent: Floats) -> Complexes:
+    def _start(self, sources: SurfacePoints, tangent: Floats) -> Complexes:
         """Y0 on the cover, of vectors at sources, (k, 3)."""
         y0 = spread_to_corners(self.mesh, sources, tangent)
         if self._cover is self.mesh:
             return y0
         return to_complex(self._cover, self._lifted(from_complex(self.mesh, y0)))
 
-    def _impulse(self, sources: Sources, values: Floats | float = 1.0) -> Floats:
-        """`Sources.impulse` on the cover."""
+    def _impulse(self, sources: SurfacePoints, values: Floats | float = 1.0) -> Floats:
+        """`SurfacePoints.impulse` on the cover."""
         return self._lifted(sources.impulse(self.mesh.n_vertices, values))
 
     def _lifted(self, values: Floats) -> Floats:
@@ -219,7 +219,7 @@ def tangent_at(mesh: TriangleMesh, vertex: int, degrees: float) -> Floats:
 
 def transport_over_times(
     mesh: TriangleMesh,
-    sources: Sources | Sequence[int] | Ints,
+    sources: SurfacePoints | Sequence[int] | Ints,
     vectors: ArrayLike,
     times: Sequence[str | float],
     connection: Connection = "normals",
@@ -231,7 +231,7 @@ def transport_over_times(
     Fields as in `VectorHeat.from_sources`, for more than one time with the suffix ``_0``, ``_1``, ... in the order of
     the times; ``dt`` holds them. The report lists them under ``times``.
     """
-    where = sources if isinstance(sources, Sources) else vertex_sources(mesh, sources)
+    where = sources if isinstance(sources, SurfacePoints) else vertex_points(mesh, sources)
     runs = [VectorHeat(mesh, time, connection, robust, solver).from_sources(where, vectors) for time in times]
     fields = [
         Field(f"{field.name}_{k}" if len(runs) > 1 else field.name, field.location, field.values)

@@ -17,7 +17,7 @@ from geomhw.geodesic.heat_method import HeatDistance
 from geomhw.geodesic.many_sources import block_size
 from geomhw.io import read_mesh
 from geomhw.mesh.primitives import icosphere
-from geomhw.mesh.surface_points import vertex_sources
+from geomhw.mesh.surface_points import vertex_points
 from geomhw.mesh.triangle_mesh import TriangleMesh
 
 TURNS = 5
@@ -48,7 +48,7 @@ def compared(mesh: TriangleMesh) -> list[str]:
     chosen = np.random.default_rng(0).choice(mesh.n_vertices, (TURNS + 1, block_size(mesh.n_vertices)), replace=False)
     times = []
     for block in chosen.tolist():
-        queries = [vertex_sources(mesh, [v]) for v in block]
+        queries = [vertex_points(mesh, [v]) for v in block]
         start = time.perf_counter()
         for vertex in block[:ASKED]:
             peer.compute_distance(vertex)

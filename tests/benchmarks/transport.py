@@ -120,11 +120,11 @@ def angle(one: Floats, other: Floats) -> Floats:
 
 def coherence(mesh: TriangleMesh, source: int, vector: Floats) -> Floats:
     """How much of the heat's vectors is left where all paths have blended, 1 to 0, (n,): |Y| over the scalar heat."""
-    from geomhw.geodesic.heat_step import HeatFlow
+    from geomhw.geodesic.heat_step import HeatStep
 
     impulse = np.zeros(mesh.n_vertices)
     impulse[source] = np.linalg.norm(vector)
-    heat = HeatFlow(mesh, "h2").from_impulse(impulse).plain
+    heat = HeatStep(mesh, "h2").from_impulse(impulse).plain
     diffused = VectorHeat(mesh, "h2").from_vertices([source], [vector])["diffused"]
     return np.asarray(np.linalg.norm(diffused, axis=1) / heat)
 

@@ -21,7 +21,7 @@ from geomhw.io.artifacts.matrix import read_arrays
 from geomhw.io.artifacts.series import read_series
 from geomhw.io.artifacts.table import read_csv
 from geomhw.io.formats import meshio_worker as external_worker
-from geomhw.io.formats.meshio_read import FORMATS, surface, understood
+from geomhw.io.formats.meshio_read import FORMATS, parse_reply, surface
 from geomhw.io.reading import READABLE
 from geomhw.mesh.triangle_mesh import TriangleMesh
 
@@ -49,7 +49,7 @@ def _external(path: Path) -> object:
             os._exit(0)
         os._exit(1)
     code = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
-    return surface(path.name, "meshio", understood(code, answer.read_bytes(), external_worker.SECONDS))
+    return surface(path.name, "meshio", parse_reply(code, answer.read_bytes(), external_worker.SECONDS))
 
 
 def _matrices(path: Path) -> object:

@@ -20,7 +20,7 @@ from geomhw.io.atomic import disk_sentence, replacing, why_not_written
 INTERVAL = 1.0
 
 
-class PartialFile:
+class ResumableFile:
     """Appends to the file of one run; a context, on leaving which without `finish` what there is stays.
 
     run: plain values that say of what run it is. start: the first bytes. size: of all. suffix: of the file while it is
@@ -76,7 +76,7 @@ class PartialFile:
         self.path.unlink(missing_ok=True)
         self.state.unlink(missing_ok=True)
 
-    def __enter__(self) -> "PartialFile":
+    def __enter__(self) -> "ResumableFile":
         return self
 
     def __exit__(

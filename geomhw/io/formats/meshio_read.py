@@ -62,10 +62,10 @@ def _in_another_process(path: Path) -> dict[str, Any]:
         )
     except subprocess.TimeoutExpired:
         raise FormatError(_endless(seconds)) from None
-    return understood(answer.returncode, answer.stdout, seconds)
+    return parse_reply(answer.returncode, answer.stdout, seconds)
 
 
-def understood(code: int, output: bytes, seconds: float) -> dict[str, Any]:
+def parse_reply(code: int, output: bytes, seconds: float) -> dict[str, Any]:
     """What the other process says; FormatError without a file's name where it refuses, or did not get that far."""
     if code == -getattr(signal, "SIGPROF", 0):
         raise FormatError(_endless(seconds))
