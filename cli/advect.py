@@ -5,6 +5,7 @@ from pathlib import Path
 
 import click
 
+from geomhw.options import Integrator
 from geomhw_cli import options
 from geomhw_cli.runtime.frame_writer import FrameWriter, frame_options
 from geomhw_cli.runtime.job import Job
@@ -21,7 +22,7 @@ from geomhw_cli.specs import fields
 @click.option("--every", metavar="K", type=int, default=66, show_default=True, help="Steps from frame to frame.")
 @click.option(
     "--integrator",
-    type=click.Choice(["taylor3", "krylov"]),
+    type=options.choice(Integrator, krylov="expm"),
     default="taylor3",
     show_default=True,
     help="I + tD + t²D²/2, or the exponential to rounding; either splits a step that is too large for it.",

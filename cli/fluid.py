@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from geomhw.options import Advection, ForceName, SchemeName
 from geomhw_cli import options
 from geomhw_cli.runtime.frame_writer import FrameWriter, frame_options
 from geomhw_cli.runtime.job import Job
@@ -17,7 +18,6 @@ if TYPE_CHECKING:
     from geomhw.fluid.run import Snapshot
     from geomhw.fluid.state import Diagnostics, Force, Scheme
 
-FORCES = ("jet", "none")
 DEFAULT_DT = 0.0005
 DEFAULT_STEPS = 1980
 
@@ -26,18 +26,18 @@ DEFAULT_STEPS = 1980
 @options.mesh_argument
 @click.option(
     "--scheme",
-    type=click.Choice(["conservative", "fast", "handout"]),
+    type=options.choice(SchemeName, fast="rk4", handout="stable-fluids"),
     default="conservative",
     show_default=True,
-    help="conservative keeps energy and circulation; fast is RK4 on the same equation; handout advects, forces and "
-    "projects the velocity, and loses energy at every step.",
+    help="conservative keeps energy and circulation; rk4 is Runge-Kutta on the same equation; stable-fluids, the "
+    "handout's, advects, forces and projects the velocity, and loses energy at every step.",
 )
 @click.option(
     "--advection",
-    type=click.Choice(["full", "increment"]),
+    type=options.choice(Advection),
     default="full",
     show_default=True,
-    help="Of the handout's scheme: average the whole velocity to vertices and back, or only what changes.",
+    help="Of stable-fluids: average the whole velocity to vertices and back, or only what changes.",
 )
 @click.option("--filter/--no-filter", "smooth", default=True, show_default=True, help="Take grid-scale noise away.")
 @click.option("--viscosity", metavar="NU", type=float, default=0.0, show_default=True, help="Length squared per time.")
@@ -51,7 +51,7 @@ DEFAULT_STEPS = 1980
 @click.option(
     "--force",
     "force_name",
-    type=click.Choice(FORCES),
+    type=options.choice(ForceName),
     default="jet",
     show_default=True,
     help="jet: (0.2 h/dt)(cos 0.2πt, sin 0.2πt, 0) near the top, tangential part; none: free flow.",
@@ -131,7 +131,7 @@ def fluid(
     lines = [f"time: {last['time']:.6g} after {last['step']} steps, {len(writer.rows)} frames"]
     if first["energy"]:
         lines.append(f"energy: {last['energy'] / first['energy']:.10g} of that at the start")
-    if choices["scheme"] == "handout":
+    if choices["scheme"] == "stable-fluids":
         lines.append("note: the handout's scheme damps the flow at every step, however short; others do not")
     job.finish(mesh, {**choices, "frames": len(writer.rows), "first": first, "last": last}, lines)
 

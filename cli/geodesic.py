@@ -6,6 +6,7 @@ from typing import Any
 
 import click
 
+from geomhw.options import GeodesicPanel
 from geomhw_cli import options
 from geomhw_cli.runtime.distance_batch import DistanceBatch, batch_options
 from geomhw_cli.runtime.job import Job, robust_line
@@ -29,7 +30,7 @@ from geomhw_cli.specs.sources import SourceSpecs, shortened, source_line
 @click.option(
     "--panel",
     "panels",
-    type=click.Choice(["heat", "gradient", "divergence", "distance"]),
+    type=options.choice(GeodesicPanel),
     multiple=True,
     help="What the picture shows; may be repeated.  [default: heat, divergence, distance]",
 )

@@ -41,9 +41,9 @@ def operators(mesh_path: Path, output: Path, quiet: bool, **flags: bool) -> None
     Example:
       geomhw operators data/torus.off --connection -o C.npz
     """
+    from geomhw import operators as library
     from geomhw.io import check_outputs, read_mesh
     from geomhw.io.artifacts.matrix import WRITABLE_MATRICES, write_matrix
-    from geomhw.operators import averaging, connection_laplacian, gradient, laplacian
 
     asked = [name for name in OPERATORS if flags[name.replace("-", "_")]]
     if len(asked) != 1:
@@ -52,15 +52,15 @@ def operators(mesh_path: Path, output: Path, quiet: bool, **flags: bool) -> None
     (operator,) = asked
     check_outputs([output], [mesh_path], extensions=WRITABLE_MATRICES)
     build = {
-        "gradient": gradient.gradient,
-        "divergence": gradient.divergence,
-        "stiffness": laplacian.stiffness,
-        "mass": laplacian.lumped_mass,
-        "consistent-mass": laplacian.consistent_mass,
-        "faces-to-vertices": averaging.faces_to_vertices,
-        "vertices-to-faces": averaging.vertices_to_faces,
-        "connection": connection_laplacian.connection_stiffness,
-        "complex-connection": connection_laplacian.complex_connection_stiffness,
+        "gradient": library.gradient,
+        "divergence": library.divergence,
+        "stiffness": library.stiffness,
+        "mass": library.lumped_mass,
+        "consistent-mass": library.consistent_mass,
+        "faces-to-vertices": library.faces_to_vertices,
+        "vertices-to-faces": library.vertices_to_faces,
+        "connection": library.connection_stiffness,
+        "complex-connection": library.complex_connection_stiffness,
     }[operator]
     matrix = build(read_mesh(mesh_path))
     write_matrix(output, matrix)

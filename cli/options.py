@@ -1,12 +1,32 @@
 """Arguments and options that several commands share, each declared once."""
 
 from pathlib import Path
+from typing import Any, get_args
 
 import click
 
+from geomhw.options import Boundary, SolverName
 from geomhw_cli.specs.sources import SOURCE_HELP, SourceSpecs
 
 FILE = click.Path(path_type=Path)
+
+
+class Choice(click.Choice[str]):
+    """A choice among names, where former names are still understood."""
+
+    def __init__(self, names: tuple[str, ...], former: dict[str, str]) -> None:
+        super().__init__(names)
+        self._former = former
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Return the name as the library knows it."""
+        return super().convert(self._former.get(value, value), param, ctx)
+
+
+def choice(names: Any, **former: str) -> Choice:
+    """A choice among the names of a Literal of `geomhw.options`; ``former``: earlier names of some of them."""
+    return Choice(get_args(names), former)
+
 
 mesh_argument = click.argument("mesh_path", metavar="MESH", type=FILE)
 
@@ -43,7 +63,7 @@ refine_option = click.option(
 
 boundary_option = click.option(
     "--boundary",
-    type=click.Choice(["neumann", "dirichlet", "average"]),
+    type=choice(Boundary),
     default="neumann",
     show_default=True,
     help="How heat meets the boundary of an open mesh: none leaves, it is kept cold, or the mean of both, which is "
@@ -52,7 +72,7 @@ boundary_option = click.option(
 
 solver_option = click.option(
     "--solver",
-    type=click.Choice(["auto", "multigrid", "direct"]),
+    type=choice(SolverName),
     default="auto",
     show_default=True,
     help="direct factors; multigrid iterates, in a fraction of the time on large meshes; auto goes by the size, and "

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from geomhw.options import Connection
 from geomhw_cli import options
 from geomhw_cli.runtime.job import Job, robust_line
 from geomhw_cli.specs.sources import SourceSpecs, shortened, source_line
@@ -56,7 +57,7 @@ if TYPE_CHECKING:
 )
 @click.option(
     "--connection",
-    type=click.Choice(["normals", "intrinsic"]),
+    type=options.choice(Connection),
     default="normals",
     show_default=True,
     help="Transport along an edge: the smallest rotation between vertex normals, or Levi-Civita with angles round "

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 Ints = NDArray[Any]
+Complexes = NDArray[np.complex128]
 #: Faces, edges or rows in a piece.
 PIECE = 1 << 14
 #: glibc gives what is freed back to the kernel, page by page, until an array of some size has been freed: from then on

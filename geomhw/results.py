@@ -2,15 +2,14 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
 from geomhw.arrays import Floats, Ints
 from geomhw.errors import FieldError
 from geomhw.mesh.triangle_mesh import TriangleMesh
-
-Location = Literal["vertex", "face", "mesh"]
+from geomhw.options import Location
 
 
 @dataclass(frozen=True)

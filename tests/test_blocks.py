@@ -8,7 +8,8 @@ from conftest import ZOO, zoo_mesh
 from geomhw.errors import ConvergenceError
 from geomhw.mesh.primitives import grid, icosphere, strip
 from geomhw.operators.connection_laplacian import complex_connection_stiffness
-from geomhw.operators.laplacian import lumped_mass, stiffness
+from geomhw.operators.laplacian import stiffness
+from geomhw.operators.mass import lumped_mass
 from geomhw.solvers.cost_model import Work, cheapest
 from geomhw.solvers.direct import DirectSolver
 from geomhw.solvers.dissection import Dissection

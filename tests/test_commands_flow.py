@@ -608,7 +608,7 @@ def test_restart_of_a_run_that_is_done() -> None:
     ("other", "words"),
     [
         (["--dt", "0.02"], "dt = 0.01, not 0.02"),
-        (["--scheme", "fast"], "scheme = conservative, not fast"),
+        (["--scheme", "fast"], "scheme = conservative, not rk4"),
         (["--init", "rigid:z"], "init = rotation:x, not rigid:z"),
         (["--every", "2"], "every = 3, not 2"),
         (["-o", "other.pvd"], "other.pvd"),

@@ -12,24 +12,24 @@ import scipy.sparse as sp
 from conftest import split_diagonals, zoo_mesh
 from test_commands import run, save_off
 
+from geomhw import operators
 from geomhw.io import read
 from geomhw.mesh.primitives import icosphere
 from geomhw.mesh.surface_points import default_source
-from geomhw.operators import averaging, connection_laplacian, gradient, laplacian
 from geomhw.transport.vector_heat import VectorHeat, tangent_at
 
 BALL = icosphere(1)
 #: Each flag, and the function of the library whose matrix it writes.
 OPERATORS = {
-    "gradient": gradient.gradient,
-    "divergence": gradient.divergence,
-    "stiffness": laplacian.stiffness,
-    "mass": laplacian.lumped_mass,
-    "consistent-mass": laplacian.consistent_mass,
-    "faces-to-vertices": averaging.faces_to_vertices,
-    "vertices-to-faces": averaging.vertices_to_faces,
-    "connection": connection_laplacian.connection_stiffness,
-    "complex-connection": connection_laplacian.complex_connection_stiffness,
+    "gradient": operators.gradient,
+    "divergence": operators.divergence,
+    "stiffness": operators.stiffness,
+    "mass": operators.lumped_mass,
+    "consistent-mass": operators.consistent_mass,
+    "faces-to-vertices": operators.faces_to_vertices,
+    "vertices-to-faces": operators.vertices_to_faces,
+    "connection": operators.connection_stiffness,
+    "complex-connection": operators.complex_connection_stiffness,
 }
 
 

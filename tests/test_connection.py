@@ -9,15 +9,9 @@ from geomhw.errors import FieldError, MeshError
 from geomhw.mesh.primitives import grid, icosphere
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.mesh.vertex_angles import edge_directions
-from geomhw.operators.connection_laplacian import (
-    complex_connection_stiffness,
-    connection_stiffness,
-    edge_rotations,
-    edge_transport,
-    from_complex,
-    to_complex,
-)
+from geomhw.operators.connection_laplacian import complex_connection_stiffness, connection_stiffness
 from geomhw.operators.laplacian import stiffness
+from geomhw.operators.parallel_transport import edge_rotations, edge_transport, from_complex, to_complex
 
 DELAUNAY = ["triangle", "tetrahedron", "sphere", "torus", "grid", "strip", "annulus", "two_spheres"]
 

@@ -32,7 +32,7 @@ COMMANDS = [
     "vecdiffuse torus.ply --robust -o vr.vtp --json",
     "vecdiffuse torus.ply --connection intrinsic -o vi.vtp --json",
     f"advect torus.ply {FLOW} --field rigid:y -o a.pvd --csv a.csv --tracers 9 --json",
-    f"advect torus.ply {FLOW} --integrator krylov -o k.pvd --csv k.csv --json",
+    f"advect torus.ply {FLOW} --integrator expm -o k.pvd --csv k.csv --json",
     f"fluid torus.ply {FLOW} --init random:1 -o f.pvd --csv f.csv --tracers 9 --json",
     "fluid torus.ply --scheme fast --force none --cfl 1 --until 0.02 --every 2 -o ff.pvd --csv ff.csv --json",
     f"fluid torus.ply {FLOW} --scheme handout --init harmonic:0 -o fh.pvd --csv fh.csv --json",

@@ -9,7 +9,8 @@ from geomhw.flow.helmholtz import HelmholtzDecomposition
 from geomhw.flow.tangent_fields import energy
 from geomhw.mesh.primitives import icosphere, moebius_band, torus
 from geomhw.mesh.triangle_mesh import TriangleMesh
-from geomhw.operators.gradient import divergence, gradient
+from geomhw.operators.divergence import divergence
+from geomhw.operators.gradient import gradient
 from geomhw.results import Result
 
 PARTS = ("curl_free", "coexact", "harmonic")

@@ -19,8 +19,10 @@ from geomhw.mesh.geometry import corner_sum, heron_areas
 from geomhw.mesh.polyhedral import PolyhedralSurface
 from geomhw.mesh.primitives import grid, icosphere, moebius_band
 from geomhw.mesh.triangle_mesh import TriangleMesh
-from geomhw.operators.gradient import divergence, gradient
-from geomhw.operators.laplacian import consistent_mass, lumped_mass, stiffness
+from geomhw.operators.divergence import divergence
+from geomhw.operators.gradient import gradient
+from geomhw.operators.laplacian import stiffness
+from geomhw.operators.mass import consistent_mass, lumped_mass
 
 
 def spiky() -> TriangleMesh:

@@ -18,8 +18,8 @@ from geomhw.geodesic.heat_step import HeatStep
 from geomhw.io import read_mesh
 from geomhw.mesh.primitives import grid, icosphere, strip, torus
 from geomhw.mesh.triangle_mesh import TriangleMesh
-from geomhw.operators.connection_laplacian import Connection
 from geomhw.operators.laplacian import stiffness
+from geomhw.options import Connection
 from geomhw.solvers.auto import LaplaceSolver
 from geomhw.solvers.direct import DirectSolver
 from geomhw.solvers.gauss_seidel import diagonal_first, sweep
@@ -106,11 +106,11 @@ def test_no_imports_in_the_background() -> None:
 import sys
 import numpy as np
 import scipy.sparse as sp
-from geomhw.solvers import choice
+from geomhw.solvers import auto
 
 before = set(sys.modules)
 loaded = []
-make = choice.MultigridSolver
+make = auto.MultigridSolver
 
 def recording(*arguments):
     loaded.append(set(sys.modules))
@@ -118,9 +118,9 @@ def recording(*arguments):
     loaded.append(set(sys.modules))
     return made
 
-choice.MultigridSolver = recording
+auto.MultigridSolver = recording
 chain = sp.csr_array(sp.diags_array([-1.0, 2.5, -1.0], offsets=[-1, 0, 1], shape=(500, 500)))
-solver = choice.LaplaceSolver(chain, np.ones(500, dtype=bool), "multigrid")
+solver = auto.LaplaceSolver(chain, np.ones(500, dtype=bool), "multigrid")
 solver.begin()
 np.testing.assert_allclose(chain @ solver(np.ones(500)), 1, rtol=1e-6)
 assert "pyamg.aggregation" not in before

@@ -16,9 +16,11 @@ from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.operators.averaging import faces_to_vertices, vertices_to_faces
 from geomhw.operators.crouzeix_raviart import edge_gradient
 from geomhw.operators.directional_derivative import directional_derivative, face_derivative
+from geomhw.operators.divergence import divergence, divergence_of
 from geomhw.operators.edge_matrix import edge_matrix, weight_sums
-from geomhw.operators.gradient import divergence, divergence_of, gradient, gradient_of, slopes_on
-from geomhw.operators.laplacian import consistent_mass, lumped_mass, stiffness
+from geomhw.operators.gradient import corner_gradients, gradient, gradient_of
+from geomhw.operators.laplacian import stiffness
+from geomhw.operators.mass import consistent_mass, lumped_mass
 
 
 def relative(difference: sp.sparray, scale: sp.sparray) -> float:
@@ -210,7 +212,7 @@ def test_gradient_beside_faces_without_area(monkeypatch: pytest.MonkeyPatch) -> 
     np.testing.assert_array_equal(mesh.degenerate_faces, [10, 81])
     monkeypatch.setattr("geomhw.arrays.PIECE", 7)
     corners = at_corners(mesh.vertices @ [1.0, 2.0, 3.0], mesh.faces)
-    slopes = np.concatenate([slopes_on(mesh, faces, corners[faces]) for faces in pieces(mesh.n_faces)])
+    slopes = np.concatenate([corner_gradients(mesh, faces, corners[faces]) for faces in pieces(mesh.n_faces)])
     assert not slopes[[10, 81]].any()
     whole = gradient_of(ball, ball.vertices @ [1.0, 2.0, 3.0])
     np.testing.assert_array_equal(np.delete(slopes, [10, 81], axis=0), whole)

@@ -18,7 +18,7 @@ from geomhw.mesh.surface_points import face_point
 from geomhw.mesh.topology import pinched_vertices
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.operators.connection_laplacian import complex_connection_stiffness, connection_stiffness
-from geomhw.operators.laplacian import lumped_mass
+from geomhw.operators.mass import lumped_mass
 from geomhw.transport.vector_heat import VectorHeat
 
 

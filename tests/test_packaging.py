@@ -31,7 +31,7 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
 
 def test_wheel_holds_every_module(wheel: list[str]) -> None:
     """Each module of the library and of the program, under their installed names; no top-level ``cli``."""
-    library = {str(p.relative_to(ROOT)) for p in (ROOT / "geomhw").rglob("*.py")}
+    library = {str(p.relative_to(ROOT)) for p in (ROOT / "geomhw").rglob("*.py*") if p.suffix in (".py", ".pyi")}
     commands = {f"geomhw_cli/{p.relative_to(ROOT / 'cli')}" for p in (ROOT / "cli").rglob("*.py")}
     inside = {name for name in wheel if ".dist-info/" not in name}
     assert inside == library | commands | {"geomhw/py.typed"}

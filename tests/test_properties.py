@@ -26,9 +26,12 @@ from geomhw.io.artifacts.table import read_csv, write_csv
 from geomhw.mesh.primitives import grid, icosphere, strip, torus
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.operators.connection_laplacian import connection_stiffness
-from geomhw.operators.gradient import divergence, gradient
-from geomhw.operators.laplacian import lumped_mass, stiffness
-from geomhw.results import Field, Location, Result
+from geomhw.operators.divergence import divergence
+from geomhw.operators.gradient import gradient
+from geomhw.operators.laplacian import stiffness
+from geomhw.operators.mass import lumped_mass
+from geomhw.options import Location
+from geomhw.results import Field, Result
 from geomhw.transport.vector_heat import VectorHeat, random_tangent
 
 seeds = st.integers(0, 2**32 - 1)

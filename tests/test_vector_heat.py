@@ -10,7 +10,8 @@ from geomhw.errors import FieldError
 from geomhw.geodesic.heat_method import HeatDistance
 from geomhw.mesh.primitives import icosphere, strip, torus
 from geomhw.mesh.triangle_mesh import TriangleMesh
-from geomhw.operators.connection_laplacian import Connection, connection_stiffness
+from geomhw.operators.connection_laplacian import connection_stiffness
+from geomhw.options import Connection
 from geomhw.transport.vector_heat import VectorHeat, random_tangent, tangent_at
 
 CONNECTIONS: tuple[Connection, ...] = ("normals", "intrinsic")

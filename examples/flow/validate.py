@@ -23,7 +23,7 @@ from geomhw.fluid.vorticity import VorticityModel
 from geomhw.mesh.primitives import icosphere
 from geomhw.mesh.triangle_mesh import TriangleMesh
 
-SCHEMES: dict[SchemeName, str] = {"conservative": "#1b6ca8", "fast": "#d1495b", "handout": "#8d99ae"}
+SCHEMES: dict[SchemeName, str] = {"conservative": "#1b6ca8", "rk4": "#d1495b", "stable-fluids": "#8d99ae"}
 DEGREE = 4
 #: Radians a unit of time that the wave turns while the sphere below turns one [Haurwitz 1940].
 RATE = 1 - 2 / (DEGREE * (DEGREE + 1))

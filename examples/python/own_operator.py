@@ -8,7 +8,7 @@ import numpy as np
 from geomhw.flow.initial_fields import rigid_field
 from geomhw.mesh.primitives import icosphere
 from geomhw.operators.directional_derivative import DirectionalDerivative
-from geomhw.operators.laplacian import lumped_mass
+from geomhw.operators.mass import lumped_mass
 
 for level in (3, 4, 5):
     mesh = icosphere(level)

@@ -1,11 +1,5 @@
-"""What two files of one kind differ in: meshes, time series, tables, JSON documents, matrices, pictures.
+"""Whether two files hold the same results, within a tolerance."""
 
-``compare_files`` takes two paths. ``compare_arrays`` and ``compare_named`` take what is in memory already.
-"""
+import lazy_loader
 
-from geomhw.compare.arrays import compare_arrays, compare_named
-from geomhw.compare.files import compare_files
-from geomhw.compare.findings import Comparison, Finding
-from geomhw.compare.rules import Ignored, Tolerance
-
-__all__ = ["Comparison", "Finding", "Ignored", "Tolerance", "compare_arrays", "compare_files", "compare_named"]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -10,7 +10,8 @@ from geomhw.compare.arrays import compare_arrays, compare_named, missing
 from geomhw.compare.findings import Finding
 from geomhw.compare.rules import Ignored, Tolerance
 from geomhw.errors import FormatError
-from geomhw.results import Location, Result
+from geomhw.options import Location
+from geomhw.results import Result
 
 
 def compare_meshes(one: Result, other: Result, tolerance: Tolerance, ignored: Ignored) -> list[Finding]:

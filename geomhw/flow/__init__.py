@@ -1,0 +1,5 @@
+"""Tangent fields: flow maps, the Helmholtz-Hodge decomposition, harmonic fields, tracers."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -15,17 +15,18 @@ from geomhw.errors import FieldError
 from geomhw.flow.tangent_fields import tangential
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.operators.directional_derivative import directional_derivative
+from geomhw.options import Integrator
 from geomhw.results import Field, Result
-from geomhw.solvers.expm import Integrator, exponential, norm_bound, taylor3
+from geomhw.solvers.expm import expm, norm_bound, taylor3
 
-_INTEGRATORS = {"taylor3": taylor3, "krylov": exponential}
+_INTEGRATORS = {"taylor3": taylor3, "expm": expm}
 
 
 class FlowMap:
     """T_V^t of one field on one mesh, applied to any functions for any time.
 
     field: V, (m, 3), of which the tangential part counts. integrator: ``taylor3``, the handout's I + tD + t²D²/2, or
-    ``krylov``, the exponential to rounding. Either splits a step too large for it. FieldError for other input.
+    ``expm``, the exponential to rounding. Either splits a step too large for it. FieldError for other input.
     """
 
     def __init__(self, mesh: TriangleMesh, field: Floats, integrator: Integrator = "taylor3") -> None:

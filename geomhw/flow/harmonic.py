@@ -8,7 +8,9 @@ from geomhw.arrays import Floats, Ints
 from geomhw.flow.stream_function import LoopPoisson
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.operators.boundary_loops import loop_groups
-from geomhw.operators.gradient import divergence, gradient, hat_gradients
+from geomhw.operators.curl import quarter_turn
+from geomhw.operators.divergence import divergence
+from geomhw.operators.gradient import gradient, hat_gradients
 
 
 def harmonic_basis(mesh: TriangleMesh, poisson: LoopPoisson | None = None) -> Floats:
@@ -27,7 +29,7 @@ def harmonic_basis(mesh: TriangleMesh, poisson: LoopPoisson | None = None) -> Fl
     spread = divergence(mesh) @ X.reshape(len(X), -1).T
     f = np.stack([poisson(-poisson.gathered(column)) for column in spread.T], axis=1)
     exact = X - (gradient(mesh) @ f).T.reshape(X.shape)
-    turned = np.cross(mesh.face_normals, exact)
+    turned = quarter_turn(mesh, exact)
     weight = np.sqrt(mesh.face_areas)[:, None]
     Q = np.linalg.qr((turned * weight).reshape(len(turned), -1).T)[0]
     return np.asarray(Q.T.reshape(turned.shape) / weight)

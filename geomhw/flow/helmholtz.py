@@ -16,7 +16,8 @@ from geomhw.mesh.geometry import corner_sum
 from geomhw.mesh.orientation import oriented
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.operators.crouzeix_raviart import edge_components, edge_gradient, edges_to_vertices, loop_edges
-from geomhw.operators.gradient import divergence, gradient
+from geomhw.operators.divergence import divergence
+from geomhw.operators.gradient import gradient
 from geomhw.operators.laplacian import stiffness
 from geomhw.results import Field, Result
 from geomhw.solvers.direct import DirectSolver

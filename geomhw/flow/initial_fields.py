@@ -7,6 +7,7 @@ from geomhw.errors import FieldError
 from geomhw.flow.tangent_fields import tangential
 from geomhw.mesh.geometry import unit
 from geomhw.mesh.triangle_mesh import TriangleMesh
+from geomhw.operators.curl import quarter_turn
 from geomhw.operators.gradient import gradient_of
 
 
@@ -76,5 +77,5 @@ def random_field(mesh: TriangleMesh, seed: int, waves: int = 8) -> Floats:
     at = (mesh.vertices - (low + high) / 2) / radius
     stream = np.cos(at @ k.T + phase) @ height
     slope = gradient_of(mesh, stream)
-    V = np.cross(mesh.face_normals, slope)
+    V = quarter_turn(mesh, slope)
     return np.asarray(10 * mesh.mean_edge_length / np.linalg.norm(V, axis=1).max() * V)

@@ -1,1 +1,5 @@
-"""Incompressible flow on a surface: schemes that take a state a step further."""
+"""Incompressible flow on surfaces: schemes, their state and its diagnostics."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -1,4 +1,4 @@
-"""The fast scheme: classical Runge-Kutta on the vorticity equation, four Poisson solves a step."""
+"""RK4: classical Runge-Kutta on the vorticity equation, four Poisson solves a step."""
 
 import numpy as np
 import scipy.sparse as sp
@@ -21,7 +21,7 @@ class RK4Scheme(VorticityScheme):
         model, q, c, psi = self.model, now["q"], now["c"], now["psi"]
         middle = model.jacobian(psi, c)
         if not dt * model.rates(middle).max() <= STABLE:
-            raise ConvergenceError(f"a step of {dt:g} is too long for the fast scheme; take a shorter one")
+            raise ConvergenceError(f"a step of {dt:g} is too long for RK4; take a shorter one")
         loss = self._smoothed_away(q * model.inverse_areas, dt, middle) / dt
         dq, dc = np.zeros_like(q), np.zeros_like(c)
         total_q, total_c = np.zeros_like(q), np.zeros_like(c)

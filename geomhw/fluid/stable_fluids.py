@@ -4,7 +4,7 @@ Advection averages the velocity to vertices and back, which damps it at every st
 fluid moves, not what it keeps.
 """
 
-from typing import Literal, get_args
+from typing import get_args
 
 import numpy as np
 import scipy.sparse as sp
@@ -16,11 +16,11 @@ from geomhw.flow.tangent_fields import tangential
 from geomhw.fluid.state import FlowState, Force, require_finite
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.operators.averaging import faces_to_vertices, vertices_to_faces
+from geomhw.operators.curl import curl_of
 from geomhw.operators.directional_derivative import DirectionalDerivative
-from geomhw.operators.gradient import gradient
+from geomhw.operators.divergence import divergence
+from geomhw.options import Advection
 from geomhw.solvers.expm import taylor3
-
-Advection = Literal["full", "increment"]
 
 
 class StableFluidsScheme:
@@ -40,7 +40,7 @@ class StableFluidsScheme:
         self._derivative = DirectionalDerivative(mesh)
         self._latest: tuple[Floats, sp.csr_array] | None = None
         self._P, self._Q = faces_to_vertices(mesh), vertices_to_faces(mesh)
-        self._curl = (gradient(mesh).T * np.repeat(mesh.face_areas, 3)).tocsr()
+        self._divergence = divergence(mesh)
 
     def start(self, velocity: Floats, color: Floats) -> FlowState:
         """The divergence-free part of the velocity, at time 0."""
@@ -65,7 +65,7 @@ class StableFluidsScheme:
     def vorticity(self, state: FlowState) -> Floats:
         """Integrated curl over vertex areas, (n,)."""
         areas = self.mesh.vertex_areas
-        q = self._curl @ np.cross(self.mesh.face_normals, self.velocity(state)).ravel()
+        q = curl_of(self.mesh, self.velocity(state), self._divergence)
         return np.divide(q, areas, out=np.zeros_like(q), where=areas > 0)
 
     def coefficients(self, state: FlowState) -> dict[str, float]:

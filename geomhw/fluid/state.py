@@ -10,7 +10,7 @@ from geomhw.arrays import Floats, dot
 from geomhw.errors import ConvergenceError
 from geomhw.flow.tangent_fields import energy
 from geomhw.mesh.triangle_mesh import TriangleMesh
-from geomhw.operators.gradient import divergence
+from geomhw.operators.divergence import divergence
 
 #: Acceleration per face, (m, 3), at a time.
 Force = Callable[[float], Floats]

@@ -13,9 +13,12 @@ from geomhw.errors import ConvergenceError
 from geomhw.flow.harmonic import harmonic_basis
 from geomhw.flow.stream_function import LoopPoisson
 from geomhw.mesh.triangle_mesh import TriangleMesh
+from geomhw.operators.curl import curl_of, quarter_turn
 from geomhw.operators.directional_derivative import DirectionalDerivative, filled
+from geomhw.operators.divergence import divergence
 from geomhw.operators.gradient import gradient
-from geomhw.operators.laplacian import consistent_mass, lumped_mass, stiffness
+from geomhw.operators.laplacian import backward_euler, stiffness
+from geomhw.operators.mass import consistent_mass
 from geomhw.solvers.direct import DirectSolver
 from geomhw.solvers.expm import SERIES_STEP, substeps
 
@@ -35,7 +38,7 @@ class VorticityModel:
         mesh.require_oriented("a flow")
         self.mesh = mesh
         self.gradient = gradient(mesh)
-        self._curl = (self.gradient.T * np.repeat(mesh.face_areas, 3)).tocsr()
+        self._divergence = divergence(mesh)
         self.areas = mesh.vertex_areas
         self.inverse_areas = np.divide(1.0, self.areas, out=np.zeros_like(self.areas), where=self.areas > 0)
         self.mass = consistent_mass(mesh)
@@ -62,7 +65,7 @@ class VorticityModel:
         Inside, q_i = Σ_f A_f ∇φ_i·(n x V_f). At a boundary vertex that sum lacks the circulation along the boundary;
         there the vorticity is taken from the nearest inner ones, and what remains is the loop's circulation.
         """
-        q = self._curl @ np.cross(self.mesh.face_normals, V).ravel()
+        q = curl_of(self.mesh, V, self._divergence)
         around = np.zeros(self.n_unknowns)
         if self._on_loop.any():
             inside = np.where(self._on_loop, 0.0, 1.0)
@@ -85,7 +88,7 @@ class VorticityModel:
 
     def velocity(self, psi: Floats, c: Floats) -> Floats:
         """n x ∇ψ + Σ c_k h_k, (m, 3)."""
-        V = np.cross(self.mesh.face_normals, (self.gradient @ psi).reshape(-1, 3))
+        V = quarter_turn(self.mesh, (self.gradient @ psi).reshape(-1, 3))
         return np.asarray(V + np.tensordot(c, self.harmonic, axes=1)) if len(c) else V
 
     # -- vorticity and its transport -----------------------------------------------------------------------------
@@ -134,7 +137,7 @@ class VorticityModel:
         """(M + ν dt S)⁻¹, from q to the diffused w."""
         surface = np.ones(self.mesh.n_vertices, dtype=bool)
         surface[self.mesh.unreferenced_vertices] = False
-        return DirectSolver((lumped_mass(self.mesh) + nu_dt * stiffness(self.mesh)).tocsr(), surface)
+        return DirectSolver(backward_euler(self.areas, stiffness(self.mesh), nu_dt), surface)
 
     def series_parts(self, J: sp.csr_array, dt: float) -> int:
         """Substeps in which the series for exp(-dt J B) stays short."""
@@ -151,7 +154,7 @@ class VorticityModel:
         """dc_k/dt = -Σ_f A_f w_f (n x V_f)·h_k, (2g,), w_f the mean of the corners."""
         if not len(self.harmonic):
             return np.zeros(0)
-        lift = np.cross(self.mesh.face_normals, V) * (self.mesh.face_areas * w[self.mesh.faces].mean(axis=1))[:, None]
+        lift = quarter_turn(self.mesh, V) * (self.mesh.face_areas * w[self.mesh.faces].mean(axis=1))[:, None]
         return np.asarray(-np.einsum("gfx,fx->g", self.harmonic, lift))
 
     def _jacobian_pattern(self) -> tuple[Floats, Floats, sp.csr_array]:

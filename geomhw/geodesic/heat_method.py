@@ -16,7 +16,7 @@ from geomhw.background import submit
 from geomhw.errors import ConvergenceError
 from geomhw.geodesic.diffusion_time import TimeStep
 from geomhw.geodesic.edge_paths import edge_path_distance
-from geomhw.geodesic.heat_step import LEVEL, Boundary, HeatStep
+from geomhw.geodesic.heat_step import LEVEL, HeatStep
 from geomhw.geodesic.many_sources import ManySources, block_size
 from geomhw.geodesic.source_conditions import chord_to_nearest, held_distance, known_distances, source_heat
 from geomhw.geodesic.unfolding import Unfolding
@@ -27,9 +27,11 @@ from geomhw.mesh.orientation import without_duplicate_faces
 from geomhw.mesh.polyhedral import PolyhedralSurface
 from geomhw.mesh.surface_points import SurfacePoints, vertex_points
 from geomhw.mesh.triangle_mesh import TriangleMesh
-from geomhw.operators.gradient import divergence_of, slopes_on
+from geomhw.operators.divergence import divergence_of
+from geomhw.operators.gradient import corner_gradients
+from geomhw.options import Boundary, SolverName
 from geomhw.results import Field, Result
-from geomhw.solvers.auto import LaplaceSolver, SolverName
+from geomhw.solvers.auto import LaplaceSolver
 from geomhw.solvers.cost_model import Work
 from geomhw.solvers.log_scaled import LogValues
 from geomhw.solvers.nullspace import balanced, free_unknowns
@@ -286,7 +288,7 @@ def _scaled_slopes(surface: PolyhedralSurface, faces: slice, heat: LogValues) ->
     corners -= largest[:, None]
     relative = np.exp(corners, out=corners)
     relative *= at_corners(heat.sign, surface.faces[faces])
-    return slopes_on(surface, faces, relative), largest
+    return corner_gradients(surface, faces, relative), largest
 
 
 def heat_distance(

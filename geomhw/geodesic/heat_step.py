@@ -1,7 +1,7 @@
 """A short flow of heat over a mesh, right at any distance from where it starts."""
 
 from functools import cached_property
-from typing import Any, Literal, get_args
+from typing import Any, get_args
 
 import numpy as np
 import scipy.sparse as sp
@@ -13,8 +13,9 @@ from geomhw.geodesic.diffusion_time import time_step
 from geomhw.geodesic.edge_paths import edge_path_distance
 from geomhw.mesh.polyhedral import PolyhedralSurface
 from geomhw.mesh.topology import vertex_components
-from geomhw.operators.laplacian import stiffness
-from geomhw.solvers.auto import SolverName, iterates
+from geomhw.operators.laplacian import backward_euler, stiffness
+from geomhw.options import Boundary, SolverName
+from geomhw.solvers.auto import iterates
 from geomhw.solvers.cost_model import ONE, Work
 from geomhw.solvers.direct import DirectSolver
 from geomhw.solvers.heat_sweeps import over_relaxation, solve_by_sweeps, solve_scaled_by_sweeps
@@ -24,9 +25,6 @@ from geomhw.solvers.log_scaled import REACH, LogValues, in_reach, solve_decaying
 REMEDY = "collapse it, remove it, or compute with --robust (robust=True)"
 #: Heat that differs by less than this share of itself over a face falls in no direction: what is left is rounding.
 LEVEL = 1e-9
-
-#: What holds at the rim of an open mesh: no heat leaves, it is kept cold, or the mean of both [GIH, sec. 3.4].
-Boundary = Literal["neumann", "dirichlet", "average"]
 
 
 class HeatStep:
@@ -67,10 +65,7 @@ class HeatStep:
     @property
     def matrix(self) -> sp.csr_array:
         """M + tS, (n, n), not kept, units length², symmetric positive definite on vertices that have faces."""
-        S = self.stiffness
-        A = sp.csr_array((self.time.t * S.data, S.indices, S.indptr), shape=S.shape)
-        A.setdiag(A.diagonal() + self.mesh.vertex_areas)
-        return A
+        return backward_euler(self.mesh.vertex_areas, self.stiffness, self.time.t)
 
     @cached_property
     def _solvers(self) -> dict[bool, DirectSolver]:

@@ -13,7 +13,8 @@ from geomhw.io.artifacts.numpy_file import read_numpy
 from geomhw.io.file_bytes import content
 from geomhw.io.reading import READABLE, read
 from geomhw.mesh.triangle_mesh import TriangleMesh
-from geomhw.results import Field, Location
+from geomhw.options import Location
+from geomhw.results import Field
 
 _UNREADABLE = (OSError, UnicodeDecodeError, csv.Error)
 _KNOWN = ".npy .npz .csv"

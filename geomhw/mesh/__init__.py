@@ -1,0 +1,5 @@
+"""Triangle meshes: connectivity, geometry, points on the surface, primitives and diagnostics."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -1,4 +1,4 @@
-"""Averages between faces and vertices [OATVF, eq. 6]."""
+"""Averages between faces and vertices: P takes faces to vertices, Q vertices to faces."""
 
 import numpy as np
 import scipy.sparse as sp
@@ -7,9 +7,16 @@ from geomhw.mesh.triangle_mesh import TriangleMesh
 
 
 def faces_to_vertices(mesh: TriangleMesh) -> sp.csr_array:
-    """FtoV, P, (n, m): area-weighted mean over the faces round a vertex [OATVF, eq. 6].
+    """Assemble P: the area-weighted mean over the faces round each vertex.
 
-    Rows sum to one; the row of a vertex without faces, or whose faces have no area, is empty.
+    Returns
+    -------
+    (n, m) sparse array, dimensionless. Rows sum to one; the row of a vertex without faces, or with faces of zero area
+    only, is empty.
+
+    References
+    ----------
+    [OATVF, eq. 6]
     """
     m = mesh.n_faces
     third = np.repeat(mesh.face_areas / 3, 3)
@@ -20,7 +27,12 @@ def faces_to_vertices(mesh: TriangleMesh) -> sp.csr_array:
 
 
 def vertices_to_faces(mesh: TriangleMesh) -> sp.csr_array:
-    """VtoF, Q, (m, n): mean of the three corners; rows sum to one."""
+    """Assemble Q: the mean of the three corners of each face.
+
+    Returns
+    -------
+    (m, n) sparse array, dimensionless. Rows sum to one.
+    """
     m = mesh.n_faces
     thirds = np.full(3 * m, 1 / 3)
     return sp.csr_array((thirds, mesh.faces.ravel(), np.arange(0, 3 * m + 1, 3)), shape=(m, mesh.n_vertices))

@@ -1,28 +1,62 @@
-"""Cotan stiffness and mass matrices."""
+"""The cotan Laplacian."""
 
+from typing import Any
+
+import numpy as np
 import scipy.sparse as sp
 
-from geomhw.mesh.geometry import corner_sum
+from geomhw.arrays import Floats
 from geomhw.mesh.polyhedral import PolyhedralSurface
 from geomhw.operators.edge_matrix import edge_matrix, weight_sums
 
 
 def stiffness(mesh: PolyhedralSurface) -> sp.csr_array:
-    """Cotan stiffness S, (n, n), dimensionless, weak, symmetric positive semidefinite [GIH, sec. 3.2.1].
+    """Assemble the cotan stiffness S.
 
-    S_ij = -½(cot α + cot β), rows sum to zero: uᵀSu is the Dirichlet energy, the integral of |∇u|². S approximates -Δ
-    (integrated); constants on each component are its null space. MeshError if a face has no area.
+    Returns
+    -------
+    (n, n) sparse array, dimensionless, weak, symmetric positive semidefinite. S_ij = -½(cot α_ij + cot β_ij) and rows
+    sum to zero: uᵀSu is the Dirichlet energy, the integral of |∇u|². S approximates the integrated -Δ; its null space
+    is the constants on each component.
+
+    Raises
+    ------
+    MeshError
+        If a face has zero area.
+
+    References
+    ----------
+    [GIH, sec. 3.2.1]
+
+    Examples
+    --------
+    >>> from geomhw.mesh import icosphere
+    >>> S = stiffness(icosphere(2))
+    >>> float(abs(S.sum(axis=0)).max()) < 1e-13
+    True
     """
     weights = mesh.edge_cotan_weights
     return edge_matrix(mesh.edges, -weights, weight_sums(mesh.edges, weights, mesh.n_vertices))
 
 
-def lumped_mass(mesh: PolyhedralSurface) -> sp.csr_array:
-    """Lumped mass M, (n, n) diagonal, units length²: the barycentric area of each vertex."""
-    return sp.diags_array(mesh.vertex_areas, format="csr")
+def backward_euler(areas: Floats, S: sp.csr_array, t: float) -> sp.csr_array:
+    """Assemble M + tS, the operator of one backward Euler step of the heat equation.
 
+    Parameters
+    ----------
+    areas : (n,) array, the diagonal of the lumped mass M.
+    S : (n, n) sparse array with all entries of its diagonal, real symmetric or complex Hermitian.
+    t : diffusion time, units length².
 
-def consistent_mass(mesh: PolyhedralSurface) -> sp.csr_array:
-    """Galerkin mass, (n, n), units length², symmetric positive definite: entries are the integrals of φ_i φ_j."""
-    off_diagonal = corner_sum(mesh.face_areas / (12 * mesh.sheets), mesh.edge_table.of_faces, mesh.n_edges)
-    return edge_matrix(mesh.edges, off_diagonal, mesh.vertex_areas / 2)
+    Returns
+    -------
+    (n, n) sparse array, units length², with the pattern of S; positive definite where S is semidefinite and areas are
+    positive.
+
+    References
+    ----------
+    [GIH, eq. 3; TVHM, algorithm 1]
+    """
+    A: Any = sp.csr_array((t * S.data, S.indices, S.indptr), shape=S.shape)
+    A.setdiag(A.diagonal() + np.asarray(areas))
+    return A

@@ -2,7 +2,7 @@
 
 from concurrent.futures import Future
 from functools import cached_property
-from typing import Literal, get_args
+from typing import get_args
 
 import numpy as np
 import scipy.sparse as sp
@@ -11,12 +11,11 @@ from numpy.typing import NDArray
 from geomhw.arrays import Floats
 from geomhw.background import submit
 from geomhw.errors import ConvergenceError, FieldError
+from geomhw.options import SolverName
 from geomhw.solvers.cost_model import ONE, Kind, Work, cheapest, seconds
 from geomhw.solvers.direct import DirectSolver
 from geomhw.solvers.multigrid import MultigridSolver
 
-#: auto is what is cheapest for the work to come.
-SolverName = Literal["auto", "multigrid", "direct"]
 #: But with fewer unknowns it always factors: right to rounding is worth a tenth of a second.
 LARGE = 20_000
 

@@ -1,15 +1,12 @@
 """exp(tA) b for sparse A, by products with A alone."""
 
 import math
-from typing import Literal
 
 import numpy as np
 import scipy.sparse as sp
 
 from geomhw.arrays import Floats
 from geomhw.errors import ConvergenceError
-
-Integrator = Literal["taylor3", "krylov"]
 
 #: Largest step times norm of one `taylor3` substep: on imaginary eigenvalues iy it grows by y⁴/8 a substep.
 TAYLOR3_STEP = 0.2
@@ -55,7 +52,7 @@ def taylor3(matrix: sp.csr_array, t: float, values: Floats, *, norm: float | Non
     return values
 
 
-def exponential(
+def expm(
     matrix: sp.csr_array, t: float, values: Floats, tolerance: float = 1e-15, *, norm: float | None = None
 ) -> Floats:
     """exp(tA) b to that tolerance of the largest entry of b, by the series in substeps; norm as in `taylor3`."""

@@ -3,12 +3,11 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
-from geomhw.arrays import Floats, Ints
+from geomhw.arrays import Complexes, Floats, Ints
 from geomhw.errors import FieldError
 from geomhw.mesh.geometry import unit
 from geomhw.mesh.surface_points import SurfacePoints
 from geomhw.mesh.triangle_mesh import TriangleMesh
-from geomhw.operators.connection_laplacian import Complexes
 
 #: A vector whose tangential part is a smaller share of it than this is normal to the surface.
 LEAST_TANGENT_SHARE = 1e-6

@@ -12,7 +12,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
-from geomhw.arrays import Floats, Ints
+from geomhw.arrays import Complexes, Floats, Ints
 from geomhw.geodesic.diffusion_time import TimeStep
 from geomhw.geodesic.heat_step import HeatStep
 from geomhw.intrinsic.robust import RobustTriangulation
@@ -20,16 +20,11 @@ from geomhw.mesh.orientation import orientation_cover, without_duplicate_faces
 from geomhw.mesh.surface_points import SurfacePoints, vertex_points
 from geomhw.mesh.topology import pinched_vertices
 from geomhw.mesh.triangle_mesh import TriangleMesh
-from geomhw.operators.connection_laplacian import (
-    Complexes,
-    Connection,
-    complex_connection_stiffness,
-    from_complex,
-    to_complex,
-)
-from geomhw.operators.laplacian import lumped_mass
+from geomhw.operators.connection_laplacian import complex_connection_stiffness
+from geomhw.operators.laplacian import backward_euler
+from geomhw.operators.parallel_transport import from_complex, to_complex
+from geomhw.options import Connection, SolverName
 from geomhw.results import Field, Result
-from geomhw.solvers.auto import SolverName
 from geomhw.solvers.direct import DirectSolver
 from geomhw.solvers.log_scaled import LogValues, in_reach
 from geomhw.transport.source_vectors import seeded_angle, spread_to_corners, tangent_vectors, turned
@@ -67,7 +62,7 @@ class VectorHeat:
         surface = self.robust.surface if self.robust else None
         self._flow = HeatStep(surface or cover, time, solver=solver)
         K = complex_connection_stiffness(cover, connection, surface)
-        self._matrix = (lumped_mass(surface or cover) + self.time.t * K).tocsr()
+        self._matrix = backward_euler((surface or cover).vertex_areas, K, self.time.t)
 
     @property
     def time(self) -> TimeStep:

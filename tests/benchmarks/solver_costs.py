@@ -13,7 +13,8 @@ import scipy.sparse as sp
 from geomhw.geodesic.edge_paths import edge_path_distance
 from geomhw.mesh.primitives import grid, icosphere, strip
 from geomhw.mesh.triangle_mesh import TriangleMesh
-from geomhw.operators.laplacian import lumped_mass, stiffness
+from geomhw.operators.laplacian import stiffness
+from geomhw.operators.mass import lumped_mass
 from geomhw.solvers.cholmod import Cholmod, installed
 from geomhw.solvers.fronts import BlockCholesky
 from geomhw.solvers.heat_sweeps import over_relaxation, solve_by_sweeps

@@ -12,13 +12,13 @@ from typing import Any
 import numpy as np
 import potpourri3d as pp3d
 
-from geomhw.arrays import Floats
+from geomhw.arrays import Complexes, Floats
 from geomhw.io import read_mesh
 from geomhw.mesh.primitives import icosphere
 from geomhw.mesh.surface_points import default_source
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.mesh.vertex_angles import edge_directions
-from geomhw.operators.connection_laplacian import Complexes, to_complex
+from geomhw.operators.parallel_transport import to_complex
 from geomhw.results import Result
 from geomhw.transport.vector_heat import VectorHeat, tangent_at
 

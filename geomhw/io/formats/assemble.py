@@ -11,7 +11,8 @@ from geomhw.arrays import Floats, Ints
 from geomhw.errors import FormatError, MeshError
 from geomhw.io.formats.polygons import check_polygons, fan
 from geomhw.mesh.triangle_mesh import TriangleMesh
-from geomhw.results import Field, Location, Result
+from geomhw.options import Location
+from geomhw.results import Field, Result
 
 Arrays = Mapping[str, NDArray[Any]]
 

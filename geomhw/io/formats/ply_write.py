@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geomhw.errors import FieldError
-from geomhw.results import Field, Location, Result
+from geomhw.options import Location
+from geomhw.results import Field, Result
 
 _NAMES = {"<f8": "double", "|i1": "char", "|u1": "uchar", "<i2": "short", "<u2": "ushort", "<i4": "int", "<u4": "uint"}
 #: Rows written at a time.

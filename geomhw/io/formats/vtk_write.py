@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from geomhw.arrays import Floats
 from geomhw.io.formats.xml_tree import UNWRITABLE
-from geomhw.results import Cloud, Field, Location, Result
+from geomhw.options import Location
+from geomhw.results import Cloud, Field, Result
 
 _LEGACY_TYPES = {"i1": "char", "u1": "unsigned_char", "i2": "short", "u2": "unsigned_short", "i4": "int"}
 _LEGACY_TYPES |= {"u4": "unsigned_int", "i8": "vtktypeint64", "u8": "vtktypeuint64", "f4": "float", "f8": "double"}

@@ -1,0 +1,25 @@
+from .flow_map import FlowMap as FlowMap
+from .flow_map import frames as frames
+from .harmonic import harmonic_basis as harmonic_basis
+from .helmholtz import HelmholtzDecomposition as HelmholtzDecomposition
+from .initial_fields import (
+    blob as blob,
+)
+from .initial_fields import (
+    hue_stripes as hue_stripes,
+)
+from .initial_fields import (
+    random_field as random_field,
+)
+from .initial_fields import (
+    rigid_field as rigid_field,
+)
+from .initial_fields import (
+    rotation_field as rotation_field,
+)
+from .stream_function import LoopPoisson as LoopPoisson
+from .tangent_fields import energy as energy
+from .tangent_fields import face_vectors as face_vectors
+from .tangent_fields import tangential as tangential
+from .tracer import Particles as Particles
+from .tracer import Tracer as Tracer

@@ -1,0 +1,17 @@
+from .conservative import ConservativeScheme as ConservativeScheme
+from .forces import top_jet as top_jet
+from .initial import harmonic as harmonic
+from .initial import rossby_haurwitz as rossby_haurwitz
+from .initial import vortices as vortices
+from .passive_scalar import PassiveScalar as PassiveScalar
+from .rk4 import RK4Scheme as RK4Scheme
+from .run import Plan as Plan
+from .run import Snapshot as Snapshot
+from .run import run as run
+from .schemes import scheme_of as scheme_of
+from .stable_fluids import StableFluidsScheme as StableFluidsScheme
+from .state import Diagnostics as Diagnostics
+from .state import FlowState as FlowState
+from .state import Force as Force
+from .state import Scheme as Scheme
+from .vorticity import VorticityModel as VorticityModel

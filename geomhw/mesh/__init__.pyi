@@ -1,0 +1,60 @@
+from .curvature import angle_defects as angle_defects
+from .diagnostics import Finding as Finding
+from .diagnostics import findings as findings
+from .orientation import (
+    orientation_cover as orientation_cover,
+)
+from .orientation import (
+    oriented as oriented,
+)
+from .orientation import (
+    without_duplicate_faces as without_duplicate_faces,
+)
+from .polyhedral import PolyhedralSurface as PolyhedralSurface
+from .primitives import (
+    cylinder_band as cylinder_band,
+)
+from .primitives import (
+    genus_two as genus_two,
+)
+from .primitives import (
+    grid as grid,
+)
+from .primitives import (
+    icosphere as icosphere,
+)
+from .primitives import (
+    implicit_surface as implicit_surface,
+)
+from .primitives import (
+    moebius_band as moebius_band,
+)
+from .primitives import (
+    strip as strip,
+)
+from .primitives import (
+    torus as torus,
+)
+from .summary import mesh_summary as mesh_summary
+from .surface_points import (
+    SurfacePoints as SurfacePoints,
+)
+from .surface_points import (
+    boundary_points as boundary_points,
+)
+from .surface_points import (
+    concatenate as concatenate,
+)
+from .surface_points import (
+    face_point as face_point,
+)
+from .surface_points import (
+    nearest_point as nearest_point,
+)
+from .surface_points import (
+    vertex_points as vertex_points,
+)
+from .surface_points import (
+    vertex_range as vertex_range,
+)
+from .triangle_mesh import TriangleMesh as TriangleMesh

@@ -1,0 +1,141 @@
+"""Parallel transport of tangent vectors along edges, R_ij, and tangent vectors as complex numbers."""
+
+from typing import Any, get_args
+
+import numpy as np
+
+from geomhw.arrays import Complexes, Floats, Ints
+from geomhw.errors import FieldError, MeshError
+from geomhw.intrinsic.intrinsic_mesh import IntrinsicMesh
+from geomhw.mesh.geometry import lengths, rows, unit
+from geomhw.mesh.triangle_mesh import TriangleMesh
+from geomhw.mesh.vertex_angles import edge_directions
+from geomhw.options import Connection
+
+
+def edge_rotations(mesh: TriangleMesh, edges: Ints | None = None) -> Floats:
+    """Return R_ij, the smallest rotation from the unit normal at i to that at j, for each edge (i, j), i < j.
+
+    It is the product of two half turns, about n_i and about the normal half-way. Between opposite normals every
+    half-way normal is as near; the one along the edge is taken. On a one-sided surface the normal at j is first turned
+    to the side of that at i, for the edges of the mesh only.
+
+    Parameters
+    ----------
+    edges : (e, 2) array of vertex pairs; by default the edges of the mesh.
+
+    Returns
+    -------
+    (e, 3, 3) array of rotation matrices.
+
+    Raises
+    ------
+    MeshError
+        If a vertex of an edge has no normal, because the faces round it cancel.
+
+    References
+    ----------
+    [TVHM, sec. 3.2]
+    """
+    ni, nj, along = _edge_normals(mesh, edges)
+    return _half_turn(unit(_half_way(ni, nj, along))) @ _half_turn(ni)
+
+
+def edge_transport(
+    mesh: TriangleMesh, connection: Connection = "normals", surface: IntrinsicMesh | None = None
+) -> Complexes:
+    """Return the unit complex number r_ij that brings a tangent vector from j to i, for each edge (i, j), i < j.
+
+    The way back is the conjugate.
+
+    Parameters
+    ----------
+    connection : ``normals``, the smallest rotation between vertex normals, or ``intrinsic``, Levi-Civita with the
+        angles round each vertex scaled to a full turn.
+    surface : another triangulation of the mesh, whose edges are used instead. It does not know the angles at which its
+        edges leave, so it goes with ``normals`` only.
+
+    Returns
+    -------
+    (e,) complex array, in the frames ``mesh.tangent_frames``.
+
+    Raises
+    ------
+    FieldError
+        If the connection is unknown, or ``intrinsic`` with a surface.
+    MeshError
+        If a vertex has no normal or, for ``intrinsic``, the mesh is not an oriented manifold.
+
+    References
+    ----------
+    [TVHM, sec. 5.2]
+    """
+    if connection == "intrinsic" and surface:
+        raise FieldError("a robust triangulation has no intrinsic connection; use the connection of normals")
+    if connection == "intrinsic":
+        low, high = edge_directions(mesh)
+        return np.asarray(np.exp(1j * (low + np.pi - high)))
+    if connection != "normals":
+        raise FieldError(f"there is no connection '{connection}'; choose from {', '.join(get_args(Connection))}")
+    i, j = (surface or mesh).edges.T
+    e1, e2 = mesh.tangent_frames.transpose(1, 0, 2)
+    half = _half_way(*_edge_normals(mesh, surface.edges if surface else None))
+    # Half turns about n_j, which sends e1 to -e1, and about the normal half-way make the smallest rotation from j to i.
+    brought = rows(e1, j)
+    brought -= (2 * _dots(brought, half) / _dots(half, half))[:, None] * half
+    r = _dots(brought, rows(e1, i)) + 1j * _dots(brought, rows(e2, i))
+    return np.asarray(r / np.abs(r))
+
+
+def to_complex(mesh: TriangleMesh, vectors: Floats) -> Complexes:
+    """Return the tangential parts of vectors at vertices, (n, 3), as complex numbers in ``tangent_frames``, (n,)."""
+    parts = np.einsum("vkx,vx->kv", mesh.tangent_frames, vectors)
+    return np.asarray(parts[0] + 1j * parts[1])
+
+
+def from_complex(mesh: TriangleMesh, z: Complexes) -> Floats:
+    """Return the tangent vectors, (n, 3), of complex numbers in ``tangent_frames``, (n,)."""
+    frames = mesh.tangent_frames
+    return np.asarray(z.real[:, None] * frames[:, 0] + z.imag[:, None] * frames[:, 1])
+
+
+def _edge_normals(mesh: TriangleMesh, edges: Ints | None) -> tuple[Floats, Floats, Floats]:
+    """Normals at both ends of each edge, and the edge itself, (e, 3) each; as in `edge_rotations`."""
+    i, j = (mesh.edges if edges is None else edges).T
+    ni, nj = rows(mesh.vertex_normals, i), rows(mesh.vertex_normals, j)
+    if edges is None and not mesh.is_orientable:
+        nj *= mesh.edge_signs[:, None]
+    bare = np.asarray(~mesh.vertex_normals.any(axis=1))
+    if (missing := np.flatnonzero(bare[i] | bare[j])).size:
+        first = missing[0]
+        bad = int(i[first] if bare[i[first]] else j[first])
+        raise MeshError(f"vertex {bad} has no normal: the faces round it cancel; move it, or cut the mesh there")
+    return ni, nj, rows(mesh.vertices, j) - rows(mesh.vertices, i)
+
+
+def _half_way(ni: Floats, nj: Floats, along: Floats) -> Floats:
+    """A vector half-way between unit normals, (e, 3); between opposite ones, the edge's part across them."""
+    half = ni + nj
+    opposite = lengths(half) < 1e-8
+    if opposite.any():
+        half[opposite] = _any_normal(along[opposite], ni[opposite])
+    return half
+
+
+def _half_turn(axis: Floats) -> Floats:
+    """Rotation by π about unit axes: 2 a aᵀ - I."""
+    turn: Any = 2 * axis[:, :, None] * axis[:, None, :]
+    return np.asarray(turn - np.eye(3))
+
+
+def _any_normal(vectors: Floats, normals: Floats) -> Floats:
+    """Vectors less their part along the normals, or, where nothing is left, some direction across the normal."""
+    across = vectors - np.einsum("ex,ex->e", vectors, normals)[:, None] * normals
+    lost = np.linalg.norm(across, axis=1) <= 1e-6 * np.linalg.norm(vectors, axis=1)
+    axis = np.eye(3)[np.abs(normals[lost]).argmin(axis=1)]
+    across[lost] = np.cross(normals[lost], axis)
+    return np.asarray(across)
+
+
+def _dots(left: Floats, right: Floats) -> Floats:
+    return np.asarray(np.einsum("ex,ex->e", left, right))

@@ -1,0 +1,24 @@
+"""The names from which a user may choose, each list in one place; the command line reads them from here."""
+
+from typing import Literal
+
+#: What holds at the boundary of an open mesh while heat flows: no flux, temperature zero, or the mean of both
+#: [GIH, sec. 3.4].
+Boundary = Literal["neumann", "dirichlet", "average"]
+#: How linear systems are solved: by what is faster for the size and the number of solutions, by iteration, or by
+#: factorization.
+SolverName = Literal["auto", "multigrid", "direct"]
+#: Parallel transport along an edge: the smallest rotation between vertex normals, or Levi-Civita.
+Connection = Literal["normals", "intrinsic"]
+#: exp(tA): three terms of the series, as in the handout, or the series to rounding.
+Integrator = Literal["taylor3", "expm"]
+#: Time stepping of incompressible flow.
+SchemeName = Literal["conservative", "rk4", "stable-fluids"]
+#: What the stable-fluids scheme averages to vertices and back: the velocity, or its change.
+Advection = Literal["full", "increment"]
+#: What drives a flow.
+ForceName = Literal["jet", "none"]
+#: What a field has one row for; ``mesh``: values of the whole, such as a time.
+Location = Literal["vertex", "face", "mesh"]
+#: What the picture of `geodesic` shows.
+GeodesicPanel = Literal["heat", "gradient", "divergence", "distance"]

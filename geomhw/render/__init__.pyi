@@ -1,0 +1,5 @@
+from .flow_pictures import contact_sheet as contact_sheet
+from .flow_pictures import flow_film as flow_film
+from .pictures import geodesic_picture as geodesic_picture
+from .pictures import helmholtz_picture as helmholtz_picture
+from .vector_pictures import transport_picture as transport_picture
