@@ -13,7 +13,7 @@ from geomhw.flow.initial_fields import blob, bump
 from geomhw.geodesic.heat_method import HeatDistance
 from geomhw.io import read
 from geomhw.mesh.primitives import grid, icosphere
-from geomhw.mesh.surface_points import face_point, joined, vertex_points
+from geomhw.mesh.surface_points import concatenate, face_point, vertex_points
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw_cli.specs.sources import SourceSpecs
 
@@ -59,7 +59,7 @@ def inside(face: int, *weights: float) -> dict[str, object]:
     ],
 )
 def test_specs(texts: list[str], expected: list[object]) -> None:
-    """Each spec on a flat sheet of 7 x 7 vertices; several are joined in their order."""
+    """Each spec on a flat sheet of 7 x 7 vertices; several are concatenate in their order."""
     assert points(SHEET, *texts) == expected
 
 
@@ -155,10 +155,10 @@ def test_refused(command: str, mesh: str, arguments: list[str], code: int, words
 
 
 def test_geodesic_is_the_library() -> None:
-    """Options joined give the arrays of the library, to the last bit; report and lines name the points."""
+    """Options concatenate give the arrays of the library, to the last bit; report and lines name the points."""
     arguments = ("geodesic", "ball.off", "--source", "9,face:17:0.2,0.3,0.5", "--source", "4", "-o", "a.vtp")
     answer = run(*arguments, "--json")
-    sources = joined([vertex_points(BALL, [9]), face_point(BALL, 17, [0.2, 0.3, 0.5]), vertex_points(BALL, [4])])
+    sources = concatenate([vertex_points(BALL, [9]), face_point(BALL, 17, [0.2, 0.3, 0.5]), vertex_points(BALL, [4])])
     expected = HeatDistance(BALL).from_sources(sources)
     written = read("a.vtp")
     for field in expected.fields:

@@ -12,12 +12,13 @@ ROOT = Path(__file__).parent.parent
 ALLOWED = {
     "errors": set(),
     "arrays": set(),
+    "compiled": set(),
     "stages": set(),
     "background": set(),
     "mesh": {"arrays", "errors"},
     "intrinsic": {"arrays", "errors", "mesh"},
     "operators": {"arrays", "errors", "mesh", "intrinsic"},
-    "solvers": {"arrays", "errors", "background"},
+    "solvers": {"arrays", "errors", "background", "compiled", "options"},
     "results": {"arrays", "errors", "mesh"},
 }
 _GROUND = {*ALLOWED, "options"}

@@ -1,7 +1,5 @@
 """Solvers that factor nothing: the same answers as a factorization, or a refusal."""
 
-import subprocess
-import sys
 from itertools import pairwise
 
 import numpy as np
@@ -89,7 +87,7 @@ def test_set_up_while_something_else_goes_on(monkeypatch: pytest.MonkeyPatch) ->
     def failing(*_: object) -> MultigridSolver:
         raise ConvergenceError("no")
 
-    monkeypatch.setattr("geomhw.solvers.auto.MultigridSolver", failing)
+    monkeypatch.setattr("geomhw.solvers.multigrid.MultigridSolver", failing)
     monkeypatch.setattr("geomhw.solvers.auto.LARGE", 100)
     asked, left_open = LaplaceSolver(S, free, "multigrid"), LaplaceSolver(S, free)
     monkeypatch.setattr(left_open, "_iterate", True)
@@ -98,35 +96,6 @@ def test_set_up_while_something_else_goes_on(monkeypatch: pytest.MonkeyPatch) ->
     with pytest.raises(ConvergenceError, match="no"):
         asked(b)
     np.testing.assert_allclose(left_open(b), expected, rtol=0, atol=1e-7 * np.abs(expected).max())
-
-
-def test_no_imports_in_the_background() -> None:
-    """What multigrid needs is loaded before it is set up in another thread, for this one is about to load it, too."""
-    program = """
-import sys
-import numpy as np
-import scipy.sparse as sp
-from geomhw.solvers import auto
-
-before = set(sys.modules)
-loaded = []
-make = auto.MultigridSolver
-
-def recording(*arguments):
-    loaded.append(set(sys.modules))
-    made = make(*arguments)
-    loaded.append(set(sys.modules))
-    return made
-
-auto.MultigridSolver = recording
-chain = sp.csr_array(sp.diags_array([-1.0, 2.5, -1.0], offsets=[-1, 0, 1], shape=(500, 500)))
-solver = auto.LaplaceSolver(chain, np.ones(500, dtype=bool), "multigrid")
-solver.begin()
-np.testing.assert_allclose(chain @ solver(np.ones(500)), 1, rtol=1e-6)
-assert "pyamg.aggregation" not in before
-assert loaded[0] == loaded[1], loaded[1] - loaded[0]
-"""
-    subprocess.run([sys.executable, "-c", program], check=True)
 
 
 def test_unknowns_without_neighbors() -> None:
@@ -167,7 +136,10 @@ def test_heat_by_sweeps(make, sources: list[int], time: str) -> None:  # type: i
     impulse = np.zeros(mesh.n_vertices)
     impulse[sources] = 1
     travel = edge_path_distance(mesh, np.array(sources)) / np.sqrt(flow.time.t)
-    found, expected = solve_by_sweeps(flow.matrix, impulse, travel, flow.relaxation), flow.from_impulse(impulse)
+    found, expected = (
+        solve_by_sweeps(flow.matrix, impulse, travel, flow.solution.relaxation),
+        flow.from_impulse(impulse),
+    )
     np.testing.assert_array_equal(found.sign, 1)
     np.testing.assert_allclose(found.log, expected.log, rtol=0, atol=1e-7)
 
@@ -179,9 +151,9 @@ def test_steps_of_the_scale_do_not_matter(step: float, monkeypatch: pytest.Monke
     flow = HeatStep(mesh, "h2")
     impulse = np.bincount([0], minlength=mesh.n_vertices).astype(float)
     travel = edge_path_distance(mesh, np.array([0])) / np.sqrt(flow.time.t)
-    expected = solve_by_sweeps(flow.matrix, impulse, travel, flow.relaxation)
+    expected = solve_by_sweeps(flow.matrix, impulse, travel, flow.solution.relaxation)
     monkeypatch.setattr("geomhw.solvers.heat_sweeps.STEP", step)
-    found = solve_by_sweeps(flow.matrix, impulse, travel, flow.relaxation)
+    found = solve_by_sweeps(flow.matrix, impulse, travel, flow.solution.relaxation)
     assert expected.log.min() < -300
     np.testing.assert_allclose(found.log, expected.log, rtol=0, atol=1e-10)
     np.testing.assert_array_equal(found.sign, expected.sign)
@@ -204,7 +176,7 @@ def test_what_does_not_converge_says_so() -> None:
     impulse[0] = 1
     travel = edge_path_distance(mesh, np.array([0])) / np.sqrt(flow.time.t)
     with pytest.raises(ConvergenceError, match="--solver direct"):
-        solve_by_sweeps(flow.matrix, impulse, travel, flow.relaxation)
+        solve_by_sweeps(flow.matrix, impulse, travel, flow.solution.relaxation)
     indefinite = sp.csr_array(sp.diags_array(np.resize([1.0, -1.0], 50)))
     every = np.ones(50, dtype=bool)
     with pytest.raises(ConvergenceError, match="--solver direct"):
@@ -283,7 +255,7 @@ def test_scaled_sweeps_are_the_scaled_solution() -> None:
     impulse[0] = 1
     decay = -flow.from_impulse(impulse).log
     assert decay.max() > 800
-    found = solve_scaled_by_sweeps(flow.matrix, impulse, decay, flow.relaxation)
+    found = solve_scaled_by_sweeps(flow.matrix, impulse, decay, flow.solution.relaxation)
     np.testing.assert_allclose(found, solve_scaled(flow.matrix, impulse, decay), rtol=1e-6)
 
 
@@ -298,7 +270,7 @@ def test_heat_that_decays_at_several_rates() -> None:
     alone = [HeatStep(part, 1.0).from_impulse(np.eye(1, part.n_vertices)[0]).log for part in (fine, coarse)]
     assert alone[1][-1] - alone[0][-1] > 700
     flow = HeatStep(mesh, 1.0)
-    found = solve_by_sweeps(flow.matrix, impulse, edge_path_distance(mesh, sources), flow.relaxation)
+    found = solve_by_sweeps(flow.matrix, impulse, edge_path_distance(mesh, sources), flow.solution.relaxation)
     np.testing.assert_allclose(found.log, np.concatenate(alone), rtol=0, atol=1e-6)
     np.testing.assert_array_equal(flow.from_impulse(impulse).log, found.log)  # where one decay is guessed for all
 
@@ -311,11 +283,11 @@ def test_heat_from_further_on(monkeypatch: pytest.MonkeyPatch) -> None:
     travel = edge_path_distance(mesh, np.array([7])) / np.sqrt(flow.time.t)
     monkeypatch.setattr("geomhw.solvers.heat_sweeps.BLOCK", 5.0)
     monkeypatch.setattr("geomhw.solvers.heat_sweeps.OVERLAP", 0.0)
-    found = solve_by_sweeps(flow.matrix, impulse, travel, flow.relaxation)
+    found = solve_by_sweeps(flow.matrix, impulse, travel, flow.solution.relaxation)
     np.testing.assert_allclose(found.log, flow.from_impulse(impulse).log, rtol=0, atol=1e-5)
     monkeypatch.setattr("geomhw.solvers.heat_sweeps.MAX_ROUNDS", 1)
     with pytest.raises(ConvergenceError, match="--solver direct"):
-        solve_by_sweeps(flow.matrix, impulse, travel, flow.relaxation)
+        solve_by_sweeps(flow.matrix, impulse, travel, flow.solution.relaxation)
 
 
 def test_an_equation_holds_beside_its_own_terms() -> None:
@@ -360,4 +332,4 @@ def test_what_is_no_solution_is_refused(monkeypatch: pytest.MonkeyPatch) -> None
     monkeypatch.setattr("geomhw.solvers.heat_sweeps.TOLERANCE", 1e-2)
     travel = edge_path_distance(mesh, np.array([0])) / np.sqrt(flow.time.t)
     with pytest.raises(ConvergenceError, match="--solver direct"):
-        solve_by_sweeps(flow.matrix, impulse, travel, flow.relaxation)
+        solve_by_sweeps(flow.matrix, impulse, travel, flow.solution.relaxation)

@@ -116,7 +116,7 @@ class DistanceBatch:
 
     def _answer(self, mesh: "TriangleMesh", solver: "HeatDistance", asked: Any, partial: "ResumableFile") -> None:
         """Block by block, of a size that depends on the mesh alone: an interrupted run goes on with the same blocks."""
-        from geomhw.geodesic.many_sources import block_size
+        from geomhw.geodesic.heat_method import block_size
 
         size = block_size(mesh.n_vertices)
         with progress("geodesic") as bar:

@@ -1,128 +1,106 @@
-"""Functions held below the distance along edges, many at once, at a fraction of what these distances cost.
+"""Clamp functions to the edge-path distance from a vertex without a full Dijkstra run each.
 
-A function φ with φ = 0 at a source exceeds the length of a path along edges only where it climbs faster than the path
-gets longer. How much faster at most, at each level of φ, is told by the steep edges there: with q(φ) the largest share
-of a climb that is beyond the length of its edge, no path from a vertex on gains more than R = ∫ q over the levels above
-it, for an edge that leads down loses more than what is gained on the way up again. From the source, only vertices are
-visited whose path is ahead of φ by less than R: on a regular mesh one in a hundred. On a mesh with many steep edges all
-distances along edges are computed after all.
+A function φ with φ = 0 at the source exceeds the length of an edge path only where it climbs faster than the path gets
+longer. Let q(φ) be the largest share of a climb through the level φ that exceeds the length of its edge. Beyond a
+vertex of level φ, no path gains more on the function than the integral of q over the levels above. So Dijkstra's
+algorithm only visits vertices whose path is ahead of φ by less than that: one in a hundred on a regular mesh.
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
 from geomhw.arrays import Floats, Ints
+from geomhw.compiled import compiled
 from geomhw.mesh.polyhedral import PolyhedralSurface
 from geomhw.mesh.topology import edge_graph
 
 #: Differences below this share of the largest value are rounding.
 ROUNDING = 1e-13
-#: Levels that are told apart.
+#: Levels between the least and the largest value of a function.
 LEVELS = 64
-#: With more steep edges, or visits, than these shares of the vertices, all distances take less time.
-STEEP, VISITS = 0.1, 0.05
-#: Edges times functions that are looked at together: what fits into a cache.
-PIECE = 1 << 18
 
 
 class EdgePathBound:
-    """The least of functions on one surface and the distance along edges from a vertex to each."""
+    """The smaller of functions on one surface and the edge-path distance from a vertex to each."""
 
     def __init__(self, surface: PolyhedralSurface) -> None:
-        self._ends, self._lengths = surface.edges, surface.edge_lengths[:, None]
         both_ways = np.concatenate([surface.edges, surface.edges[:, ::-1]]).astype(np.int64)
-        self._graph = edge_graph(both_ways, np.tile(surface.edge_lengths, 2), surface.n_vertices)
-        self._paths, self._last = np.empty(0), np.empty(0, dtype=np.int64)
+        graph = edge_graph(both_ways, np.tile(surface.edge_lengths, 2), surface.n_vertices)
+        self._graph = graph.indptr, graph.indices, graph.data
 
     def __call__(self, phi: Floats, sources: Ints) -> None:
-        """Lower φ, (n, k), in place, to the distance along edges from the source of its column, (k,), where φ is 0."""
-        from scipy.sparse.csgraph import dijkstra
-
-        n, k = phi.shape
-        least = ROUNDING * float(max(phi.max(), -phi.min()))
-        low, high, columns, gains = self._steep(phi, least)
-        few = np.bincount(columns, minlength=k) <= STEEP * n
-        light = few[columns]
-        levels = _Levels.of(phi, low[light], high[light], columns[light], gains[light])
-        begin = np.flatnonzero(few & (levels.ahead[0] > least))
-        if not self._follow(phi, np.asarray(sources)[begin].astype(np.int64) * k + begin, levels):
-            few[begin] = False
-        for column in np.flatnonzero(~few):
-            phi[:, column] = np.minimum(phi[:, column], dijkstra(self._graph, indices=sources[column]))
-
-    def _steep(self, phi: Floats, least: float) -> tuple[Floats, Floats, Ints, Floats]:
-        """Edges on which φ climbs more than their length: from where to where, in which column, and how much more."""
-        found = []
-        size = max(1, PIECE // phi.shape[1])
-        for start in range(0, len(self._ends), size):
-            i, j = self._ends[start : start + size].T
-            climb = phi[i] - phi[j]
-            steepness = np.abs(climb, out=climb)
-            steepness -= self._lengths[start : start + size]
-            edge, column = np.divmod(np.flatnonzero(steepness > least), phi.shape[1])
-            ends = phi[i[edge], column], phi[j[edge], column]
-            found.append((np.minimum(*ends), np.maximum(*ends), column, steepness[edge, column]))
-        low, high, columns, gains = (np.concatenate(parts) for parts in zip(*found, strict=True))
-        return low, high, columns, gains
-
-    def _follow(self, phi: Floats, begin: Ints, levels: "_Levels") -> bool:
-        """Lower φ along paths from places, vertex · k + column, as far as they may yet fall below it; or give up."""
-        k, flat = phi.shape[1], phi.reshape(-1)
-        if len(self._paths) < len(flat):
-            self._paths, self._last = np.full(len(flat), np.inf), np.empty(len(flat), dtype=np.int64)
-        paths, most = self._paths, VISITS * len(phi) * len(begin)
-        paths[begin] = 0.0
-        visited, count = [begin], 0
-        while len(begin) and count <= most:
-            vertex, column = np.divmod(begin, k)
-            starts = self._graph.indptr[vertex]
-            degree = self._graph.indptr[vertex + 1] - starts
-            onward = np.repeat(np.arange(len(begin)), degree)
-            edge = np.arange(len(onward)) + np.repeat(starts - np.cumsum(degree) + degree, degree)
-            column = column[onward]
-            ends = self._graph.indices[edge] * np.int64(k) + column
-            found = paths[begin][onward] + self._graph.data[edge]
-            useful = (found < paths[ends]) & (found - flat[ends] < levels.gain(flat[ends], column))
-            begin = self._lowered(paths, ends[useful], found[useful])
-            visited.append(begin)
-            count += len(begin)
-        everywhere = np.concatenate(visited)
-        flat[everywhere] = np.minimum(flat[everywhere], paths[everywhere])
-        paths[everywhere] = np.inf
-        return count <= most
-
-    def _lowered(self, values: Floats, places: Ints, found: Floats) -> NDArray[np.int64]:
-        """Places whose values these lower, in place; each once."""
-        np.minimum.at(values, places, found)
-        count = np.arange(len(places))
-        self._last[places] = count
-        return places[self._last[places] == count]
+        """Clamp φ, (n, k), in place, to the edge-path distance from the source of its column, (k,), where φ is 0."""
+        columns = np.ascontiguousarray(phi.T)
+        for function, source in zip(columns, np.asarray(sources), strict=True):
+            _clamp(*self._graph, function, source)
+        phi[:] = columns.T
 
 
-class _Levels:
-    """What can be gained above a level, by column: ahead, (L, k), from ``lowest`` on in steps of ``widths``, (k,)."""
+@compiled
+def _clamp(indptr: Ints, indices: Ints, lengths: Floats, phi: Floats, source: int) -> None:
+    """Clamp one function, (n,), in place, where it is 0 at the source."""
+    lowest, width, gains = _gains(indptr, indices, lengths, phi)
+    if gains[0] <= 0.0:
+        return
+    order, rank = _bucket_order(phi)
+    path, waiting = np.full(len(phi), np.inf), np.zeros(len(phi), dtype=np.bool_)
+    path[source], waiting[source] = 0.0, True
+    # φ is nearly the path length: in its order, nearly each vertex is final when its turn comes.
+    again = True
+    while again:
+        again = False
+        for i in order:
+            if waiting[i]:
+                waiting[i] = False
+                for p in range(indptr[i], indptr[i + 1]):
+                    j, length = np.uintp(indices[p]), path[i] + lengths[p]
+                    if length < path[j] and length - phi[j] < gains[np.uintp((phi[j] - lowest) / width)]:
+                        path[j], waiting[j] = length, True
+                        again = again or rank[j] <= rank[i]
+    for i in range(len(phi)):
+        phi[i] = min(phi[i], path[i])
 
-    def __init__(self, lowest: Floats, widths: Floats, ahead: Floats) -> None:
-        self.lowest, self.widths, self.ahead = lowest, widths, ahead
 
-    @classmethod
-    def of(cls, phi: Floats, low: Floats, high: Floats, columns: Ints, gains: Floats) -> "_Levels":
-        """From steep edges. A step is no shorter than their climbs, so that each is in one step or two."""
-        lowest = phi.min(axis=0)
-        widths = (phi.max(axis=0) - lowest) / LEVELS
-        np.maximum.at(widths, columns, high - low)
-        widths[widths <= 0] = 1.0
-        levels = cls(lowest, widths, np.zeros((LEVELS + 2, len(lowest))))
-        shares = gains / (high - low)
-        for ends in (low, high):
-            np.maximum.at(levels.ahead, (levels.step(ends, columns), columns), shares)
-        levels.ahead[:] = np.cumsum((levels.ahead * widths)[::-1], axis=0)[::-1]
-        return levels
+@compiled
+def _bucket_order(values: Floats) -> tuple[Ints, Ints]:
+    """Indices by ascending value up to the width of a bucket, and the place of each index in that order."""
+    n = len(values)
+    lowest, highest = values.min(), values.max()
+    scale = n / (highest - lowest) if highest > lowest else 0.0
+    starts, buckets = np.zeros(n + 2, dtype=np.int64), np.empty(n, dtype=np.int64)
+    for i in range(n):
+        buckets[i] = int((values[i] - lowest) * scale)
+        starts[buckets[i] + 1] += 1
+    starts = np.cumsum(starts)
+    order, rank = np.empty(n, dtype=np.int64), np.empty(n, dtype=np.int64)
+    for i in range(n):
+        rank[i] = starts[buckets[i]]
+        order[rank[i]] = i
+        starts[buckets[i]] += 1
+    return order, rank
 
-    def step(self, values: Floats, columns: Ints) -> NDArray[np.int64]:
-        """Which step a value is in."""
-        return ((values - self.lowest[columns]) / self.widths[columns]).astype(np.int64)
 
-    def gain(self, values: Floats, columns: Ints) -> Floats:
-        """No path gains more from there on."""
-        return np.asarray(self.ahead[self.step(values, columns), columns])
+@compiled
+def _gains(indptr: Ints, indices: Ints, lengths: Floats, phi: Floats) -> tuple[float, float, Floats]:
+    """The least value, the width of a level, and by level the most that a path gains on φ from there on."""
+    gains = np.zeros(LEVELS + 2)
+    lowest, highest = phi.min(), phi.max()
+    rounding = ROUNDING * max(highest, -lowest)
+    width = (highest - lowest) / LEVELS
+    for i in range(len(phi)):
+        for p in range(indptr[i], indptr[i + 1]):
+            climb = phi[indices[p]] - phi[i]
+            if climb - lengths[p] > rounding:
+                width = max(width, climb)  # so that a climb reaches two levels at most
+    if not width > 0.0:
+        return lowest, 1.0, gains
+    for i in range(len(phi)):
+        for p in range(indptr[i], indptr[i + 1]):
+            climb = phi[indices[p]] - phi[i]
+            if climb - lengths[p] > rounding:
+                share = 1.0 - lengths[p] / climb
+                for end in (phi[i], phi[indices[p]]):
+                    level = int((end - lowest) / width)
+                    gains[level] = max(gains[level], share)
+    for level in range(LEVELS, -1, -1):
+        gains[level] = gains[level + 1] + gains[level] * width
+    return lowest, width, gains

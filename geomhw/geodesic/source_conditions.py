@@ -14,7 +14,6 @@ from geomhw.mesh.surface_points import SurfacePoints
 from geomhw.mesh.topology import counting_order
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.solvers.auto import LaplaceSolver
-from geomhw.solvers.nullspace import free_unknowns
 
 
 def source_heat(flow: HeatStep, sources: SurfacePoints) -> Floats:
@@ -59,14 +58,6 @@ def known_distances(mesh: TriangleMesh, sources: SurfacePoints) -> Floats:
     known |= np.isin(held, ascending[np.unique(mesh.components[ascending], return_index=True)[1]])
     distance[held[~known]] = np.inf
     return distance
-
-
-def held_distance(flow: HeatStep, spread: Floats, start: Floats, reached: Ints) -> Floats:
-    """φ with Sφ = -Div X where it is not held at what is known, ``start``, (n,); zero where it is not reached."""
-    mesh, held = flow.mesh, np.flatnonzero(np.isfinite(start))
-    phi = np.where(np.isfinite(start), start, 0.0)
-    free = free_unknowns(mesh.components, mesh.unreferenced_vertices, held=held) & reached
-    return np.asarray(phi + LaplaceSolver(flow.stiffness, free, flow.solver)(-spread - flow.stiffness @ phi))
 
 
 def chord_to_nearest(mesh: TriangleMesh, sources: SurfacePoints, vertices: Ints | slice = slice(None)) -> Floats:

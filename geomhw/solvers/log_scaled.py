@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from geomhw.arrays import Floats
 from geomhw.errors import ConvergenceError
-from geomhw.solvers.superlu import SuperLU
+from geomhw.solvers.direct import SparseLU
 from geomhw.solvers.threads import single_threaded
 
 #: Natural logarithms between which a double is trusted; the format itself ends at -708 and 709.
@@ -101,7 +101,7 @@ def solve_scaled(matrix: sp.csr_array, rhs: NDArray[Any], potential: Floats) -> 
     """v = exp(p) u, of order one where p is near the decay of u, for A u = b with b zero but where p is small."""
     source = rhs * np.exp(np.where(rhs != 0, potential, 0.0))
     with single_threaded():
-        return SuperLU(scaled(matrix, potential))(source)
+        return SparseLU(scaled(matrix, potential))(source)
 
 
 def _solve_or_nan(matrix: sp.csr_array, rhs: Floats, potential: Floats) -> Floats:

@@ -1,6 +1,7 @@
 """Which unknowns of a semidefinite Laplacian to hold: one a component, and those that no face touches."""
 
 import numpy as np
+import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from geomhw.arrays import Floats, Ints
@@ -18,7 +19,10 @@ def free_unknowns(components: Ints, isolated: Ints, held: Ints | None = None) ->
 
 
 def balanced(rhs: Floats, components: Ints) -> Floats:
-    """The right-hand side less its mean on each component: what a Neumann problem can answer."""
+    """The right-hand sides, (n,) or (n, k), less their mean on each component: what a Neumann problem can answer."""
+    count = int(components.max(initial=-1)) + 1
+    if count == 1:
+        return np.asarray(rhs - rhs.mean(axis=0))
+    sums = sp.csr_array((np.ones(len(rhs)), (components, np.arange(len(rhs)))), shape=(count, len(rhs)))
     counts = np.maximum(np.bincount(components), 1)
-    mean = np.bincount(components, weights=rhs) / counts
-    return np.asarray(rhs - mean[components])
+    return np.asarray(rhs - ((sums @ rhs).T / counts).T[components])

@@ -16,32 +16,45 @@ from geomhw.arrays import Complexes, Floats, Ints
 from geomhw.geodesic.diffusion_time import TimeStep
 from geomhw.geodesic.heat_step import HeatStep
 from geomhw.intrinsic.robust import RobustTriangulation
-from geomhw.mesh.orientation import orientation_cover, without_duplicate_faces
 from geomhw.mesh.surface_points import SurfacePoints, vertex_points
-from geomhw.mesh.topology import pinched_vertices
 from geomhw.mesh.triangle_mesh import TriangleMesh
-from geomhw.operators.connection_laplacian import complex_connection_stiffness
 from geomhw.operators.laplacian import backward_euler
-from geomhw.operators.parallel_transport import from_complex, to_complex
+from geomhw.operators.parallel_transport import to_complex
 from geomhw.options import Connection, SolverName
 from geomhw.results import Field, Result
 from geomhw.solvers.direct import DirectSolver
 from geomhw.solvers.log_scaled import LogValues, in_reach
-from geomhw.transport.source_vectors import seeded_angle, spread_to_corners, tangent_vectors, turned
+from geomhw.transport.source_vectors import seeded_angle, tangent_vectors, turned
+from geomhw.transport.tangent_domain import TangentDomain
 
 
 class VectorHeat:
-    """Vector heat method for one mesh, time and connection: factors on first use, then answers any sources.
+    """The vector heat method on one mesh for one time and connection: factors on first use, then answers any sources.
 
-    time: as in `time_step`. connection: ``normals`` or ``intrinsic``, see `edge_transport`. robust: compute on the
-    mesh's `RobustTriangulation`, with the normals of its vertices. solver: as in `HeatDistance`, where ``multigrid``
-    means sweeps that follow the heat here. MeshError if a face has no area and robust is not asked for or, for
-    ``intrinsic``, the mesh is no manifold; FieldError for ``intrinsic`` and robust at once.
+    Faces need not be consistently oriented: the method works on the orientation cover.
 
-    Faces need not agree on what is up: all is done on the `orientation_cover`, with the same vector at both vertices of
-    one place where the surface is one-sided.
+    Parameters
+    ----------
+    mesh : the mesh, or a `TangentDomain` of it to share between several times (connection and robust are then its own).
+    time : diffusion time as in `time_step`.
+    connection : ``normals`` or ``intrinsic``, as in `edge_transport`.
+    robust : whether to compute on the mesh's `RobustTriangulation`, with the normals of its vertices.
+    solver : as in `HeatDistance`; ``multigrid`` means sweeps that follow the heat here.
 
-    >>> from geomhw.mesh.primitives import icosphere
+    Raises
+    ------
+    MeshError
+        If a face has zero area, unless ``robust``; for ``intrinsic``, if the mesh is not manifold.
+    FieldError
+        For ``intrinsic`` together with ``robust``, or an unknown time, connection or solver.
+
+    References
+    ----------
+    [TVHM, algorithm 1]
+
+    Examples
+    --------
+    >>> from geomhw.mesh import icosphere
     >>> result = VectorHeat(icosphere(3)).from_vertices([7], [[1.0, 0.0, 0.0]])
     >>> result["transported"].shape
     (642, 3)
@@ -49,150 +62,148 @@ class VectorHeat:
 
     def __init__(
         self,
-        mesh: TriangleMesh,
+        mesh: TriangleMesh | TangentDomain,
         time: str | float = "auto",
         connection: Connection = "normals",
         robust: bool = False,
         solver: SolverName = "auto",
     ) -> None:
-        self.mesh = mesh
-        self.connection = connection
-        self._cover = cover = orientation_cover(mesh)
-        self.robust = RobustTriangulation.of(cover) if robust else None
-        surface = self.robust.surface if self.robust else None
-        self._flow = HeatStep(surface or cover, time, solver=solver)
-        K = complex_connection_stiffness(cover, connection, surface)
-        self._matrix = backward_euler((surface or cover).vertex_areas, K, self.time.t)
+        self._domain = mesh if isinstance(mesh, TangentDomain) else TangentDomain(mesh, connection, robust)
+        self.mesh = self._domain.mesh
+        self._heat = HeatStep(self._domain.surface, time, solver=solver)
+        #: M + tK, (n, n), complex Hermitian.
+        self._matrix = backward_euler(self._domain.surface.vertex_areas, self._domain.K, self.time.t)
 
     @property
     def time(self) -> TimeStep:
-        """The diffusion time, and why."""
-        return self._flow.time
+        """The diffusion time, and why it was chosen."""
+        return self._heat.time
 
-    @cached_property
-    def _crossings(self) -> dict[str, int]:
-        """How many edges and vertices have no tangent plane, by name, of those that there are."""
-        single = without_duplicate_faces(self.mesh)
-        edges = int(np.count_nonzero(single.edge_table.face_counts > 2))
-        vertices = len(pinched_vertices(single.faces, single.edge_table, single.n_vertices))
-        counts = {"non_manifold_edges": edges, "non_manifold_vertices": vertices}
-        return {name: count for name, count in counts.items() if count}
-
-    @cached_property
-    def _solver(self) -> DirectSolver:
-        return DirectSolver(self._matrix, self._flow.surface)
-
-    def diffuse(self, vectors: Floats) -> Floats:
-        """Y with (M + tC) Y = Y0, (n, 3), for tangent vectors Y0 at any vertices, (n, 3), zero elsewhere.
-
-        Equal to the 3n x 3n solution; it fades with distance, and below 1e-308 to zero.
-        """
-        return self._vectors(self._solver(to_complex(self._cover, self._lifted(vectors))))
-
-    def extend(self, sources: Sequence[int] | Ints, values: ArrayLike) -> Floats:
-        """Values at source vertices carried to all others along shortest paths, (n,) [TVHM, sec. 4.1].
-
-        Where sources meet, values blend; none leaves their range. NaN where no source can be reached.
-        """
-        named = vertex_points(self.mesh, sources)
-        chosen = named.distinct()[0]
-        wanted, given = named[chosen], np.asarray(values, dtype=float)[chosen]
-        weight = self._flow.from_impulse(self._impulse(wanted))
-        extended = self._ratio(self._impulse(wanted, given), weight)
-        known = np.where(np.isfinite(weight.log), np.clip(extended, given.min(), given.max()), np.nan)
-        return known[: self.mesh.n_vertices]
+    @property
+    def robust(self) -> RobustTriangulation | None:
+        """The robust triangulation, if one is used."""
+        return self._domain.robust
 
     def from_vertices(self, sources: Sequence[int] | Ints, vectors: ArrayLike) -> Result:
-        """Diffuse and transport one vector a source vertex; all else as in `from_sources`."""
+        """Diffuse and transport one vector per source vertex; all else as in `from_sources`."""
         return self.from_sources(vertex_points(self.mesh, sources), vectors)
 
     def from_sources(self, sources: SurfacePoints, vectors: ArrayLike) -> Result:
-        """Diffuse and transport one vector a source; ``vectors``: (k, 3), of which the tangential part counts, within a
-        face that in its plane.
+        """Diffuse and transport one vector per source.
 
-        Fields, per vertex: ``diffused`` Y, with (M + tC) Y = Y0, to which a vector within a face gives its shares at
-        the corners; ``transported``, the vectors carried along shortest paths, with their lengths; both tangent, and
-        zero on components without a source. FieldError for a vector that is zero, not finite or normal to the surface,
-        and for a source given twice with different vectors.
+        Parameters
+        ----------
+        vectors : (k, 3) array, of which the tangential parts count; within a face, the part in its plane.
+
+        Returns
+        -------
+        Result with these fields per vertex, tangent and zero on components without a source: ``diffused`` Y, with
+        (M + tK) Y = Y0, where a vector within a face gives its shares to the corners; ``transported``, the vectors
+        carried along shortest paths, with their lengths.
+
+        Raises
+        ------
+        FieldError
+            For a vector that is zero, not finite or normal to the surface, or a source given twice with different
+            vectors.
         """
-        mesh = self.mesh
-        wanted, tangent = tangent_vectors(mesh, sources, vectors)
-        y0 = self._start(wanted, tangent)
-        size = np.linalg.norm(tangent, axis=1)
-        weight = self._flow.from_impulse(self._impulse(wanted))
-        diffused, direction = self._spread(y0, weight)
-        if np.ptp(size) <= 1e-15 * size.max():
-            length = np.where(np.isfinite(weight.log), size[0], 0.0)
-        else:
-            length = np.clip(self._ratio(self._impulse(wanted, size), weight), size.min(), size.max())
+        domain = self._domain
+        sources, tangent = tangent_vectors(self.mesh, sources, vectors)
+        y0 = domain.source_field(sources, tangent)
+        indicator = self._heat.from_impulse(domain.impulse(sources))  # φ with (M + tS) φ = Σ δ
+        diffused, direction = self._diffused(y0, indicator)  # Y with (M + tK) Y = Y0, and Y/|Y|
+        length = self._extended_lengths(sources, tangent, indicator)  # u/φ with (M + tS) u = Σ |X| δ
         transported = direction * length
-        at = wanted.faces < 0
-        given, known = self._start(wanted[at], tangent[at]), self._impulse(wanted[at]) > 0
-        transported[known] = given[known]  # TVHM's limit t -> 0, exactly
-        unreached = (~np.isfinite(weight.log) & self._flow.surface)[: mesh.n_vertices]
-        report = {
-            "sources": wanted.report(),
-            "vectors": tangent.tolist(),
-            "connection": self.connection,
-            "time": self.time.report(self._flow.mesh.mean_edge_length),
-            "unreachable_vertices": int(np.count_nonzero(unreached)),
-            "solver": "multigrid" if self._flow.iterates else "direct",
-            **({"robust": self.robust.report()} if self.robust else {}),
-            **self._crossings,
-        }
+        self._restore_sources(transported, sources, tangent)
+        reached = np.isfinite(indicator.log)
         fields = [
-            Field("diffused", "vertex", self._vectors(diffused)),
-            Field("transported", "vertex", self._vectors(transported)),
+            Field("diffused", "vertex", domain.vectors(diffused)),
+            Field("transported", "vertex", domain.vectors(transported)),
         ]
-        return Result(mesh, fields, report)
+        return Result(self.mesh, fields, self._report(sources, tangent, reached))
 
-    def _start(self, sources: SurfacePoints, tangent: Floats) -> Complexes:
-        """Y0 on the cover, of vectors at sources, (k, 3)."""
-        y0 = spread_to_corners(self.mesh, sources, tangent)
-        if self._cover is self.mesh:
-            return y0
-        return to_complex(self._cover, self._lifted(from_complex(self.mesh, y0)))
+    def diffuse(self, vectors: Floats) -> Floats:
+        """Return Y with (M + tC) Y = Y0, (n, 3), for tangent vectors Y0 at any vertices, (n, 3), zero elsewhere.
 
-    def _impulse(self, sources: SurfacePoints, values: Floats | float = 1.0) -> Floats:
-        """`SurfacePoints.impulse` on the cover."""
-        return self._lifted(sources.impulse(self.mesh.n_vertices, values))
+        Equal to the 3n x 3n solution; it fades with distance, and below 1e-308 to zero.
+        """
+        domain = self._domain
+        return domain.vectors(self._solver(to_complex(domain.cover, domain.lifted(vectors))))
 
-    def _lifted(self, values: Floats) -> Floats:
-        """Values per vertex of the mesh as values per vertex of the cover."""
-        times = self._cover.n_vertices // self.mesh.n_vertices
-        return np.concatenate([values] * times) if times > 1 else values
+    def extend(self, sources: Sequence[int] | Ints, values: ArrayLike) -> Floats:
+        """Return values at source vertices, (k,), carried to all vertices along shortest paths, (n,).
 
-    def _vectors(self, z: Complexes) -> Floats:
-        """Tangent vectors, (n, 3), at the vertices of the mesh, of complex numbers on the cover."""
-        return from_complex(self._cover, z)[: self.mesh.n_vertices]
+        Where sources meet, values blend within their range. NaN on components without a source.
 
-    def _spread(self, y0: Complexes, weight: LogValues) -> tuple[Complexes, Complexes]:
-        """Y and Y/|Y|, the latter right even where Y itself has faded to nothing."""
-        there = np.flatnonzero(np.isfinite(weight.log))
-        if not self._flow.iterates and in_reach(weight.plain[there]):
+        References
+        ----------
+        [TVHM, sec. 4.1]
+        """
+        named = vertex_points(self.mesh, sources)
+        chosen = named.distinct()[0]
+        given = np.asarray(values, dtype=float)[chosen]
+        indicator = self._heat.from_impulse(self._domain.impulse(named[chosen]))
+        extended = self._ratio(self._domain.impulse(named[chosen], given), indicator)
+        known = np.where(np.isfinite(indicator.log), np.clip(extended, given.min(), given.max()), np.nan)
+        return known[: self.mesh.n_vertices]
+
+    @cached_property
+    def _solver(self) -> DirectSolver:
+        return DirectSolver(self._matrix, self._heat.surface)
+
+    def _diffused(self, y0: Complexes, indicator: LogValues) -> tuple[Complexes, Complexes]:
+        """Y and Y/|Y|, (n,), the latter right even where Y itself underflows."""
+        there = np.flatnonzero(np.isfinite(indicator.log))
+        if not self._heat.iterates and in_reach(indicator.plain[there]):
             with np.errstate(under="ignore"):
                 y = self._solver(y0)
             return y, _unit(y)
-        # The decay of the scalar heat is that of the vectors too: scaled by it, they are of order one.
+        # Vectors decay as the scalar heat does: scaled by it, they are of order one.
         z = np.zeros_like(y0)
-        z[there] = self._scaled(self._matrix, y0, weight, there)
+        z[there] = self._scaled(self._matrix, y0, indicator, there)
         with np.errstate(under="ignore"):
-            return z * np.abs(weight.plain), _unit(z)
+            return z * np.abs(indicator.plain), _unit(z)
 
-    def _ratio(self, values: Floats, weight: LogValues) -> Floats:
-        """The heat of the values over that of the sources, ``weight``, (n,); zero where there is none."""
-        there = np.flatnonzero(np.isfinite(weight.log))
+    def _extended_lengths(self, sources: SurfacePoints, tangent: Floats, indicator: LogValues) -> Floats:
+        """Lengths of the source vectors carried to all vertices, (n,); zero where no source is."""
+        size = np.linalg.norm(tangent, axis=1)
+        if np.ptp(size) <= 1e-15 * size.max():
+            return np.where(np.isfinite(indicator.log), size[0], 0.0)
+        return np.clip(self._ratio(self._domain.impulse(sources, size), indicator), size.min(), size.max())
+
+    def _restore_sources(self, transported: Complexes, sources: SurfacePoints, tangent: Floats) -> None:
+        """Set the vectors at source vertices to those given, in place: the limit t -> 0, exactly."""
+        at = sources.faces < 0
+        known = self._domain.impulse(sources[at]) > 0
+        transported[known] = self._domain.source_field(sources[at], tangent[at])[known]
+
+    def _ratio(self, values: Floats, indicator: LogValues) -> Floats:
+        """The heat of the values over that of the indicator, (n,); zero where there is none."""
+        there = np.flatnonzero(np.isfinite(indicator.log))
         ratio = np.zeros(len(values))
-        if not self._flow.iterates and in_reach(weight.plain[there]):
-            ratio[there] = self._flow.from_impulse(values).plain[there] / weight.plain[there]
+        if not self._heat.iterates and in_reach(indicator.plain[there]):
+            ratio[there] = self._heat.from_impulse(values).plain[there] / indicator.plain[there]
         else:
-            ratio[there] = self._scaled(self._flow.matrix, values, weight, there) * weight.sign[there]
+            ratio[there] = self._scaled(self._heat.matrix, values, indicator, there) * indicator.sign[there]
         return ratio
 
-    def _scaled(self, matrix: sp.csr_array, rhs: NDArray[Any], weight: LogValues, there: Ints) -> NDArray[Any]:
-        """The solution over the size of the weight, where that is not zero."""
+    def _scaled(self, matrix: sp.csr_array, rhs: NDArray[Any], indicator: LogValues, there: Ints) -> NDArray[Any]:
+        """The solution of a system over the size of the indicator, where that is not zero."""
         A = matrix if len(there) == len(rhs) else matrix[there][:, there]
-        return self._flow.scaled(A, rhs[there], -weight.log[there])
+        return self._heat.solution.scaled(A, rhs[there], -indicator.log[there])
+
+    def _report(self, sources: SurfacePoints, tangent: Floats, reached: NDArray[np.bool_]) -> dict[str, Any]:
+        unreached = (~reached & self._heat.surface)[: self.mesh.n_vertices]
+        return {
+            "sources": sources.report(),
+            "vectors": tangent.tolist(),
+            "connection": self._domain.connection,
+            "time": self.time.report(self._domain.surface.mean_edge_length),
+            "unreachable_vertices": int(np.count_nonzero(unreached)),
+            "solver": "multigrid" if self._heat.iterates else "direct",
+            **({"robust": self.robust.report()} if self.robust else {}),
+            **self._domain.crossings,
+        }
 
 
 def _unit(z: Complexes) -> Complexes:
@@ -203,12 +214,15 @@ def _unit(z: Complexes) -> Complexes:
 
 
 def random_tangent(mesh: TriangleMesh, vertex: int, seed: int) -> Floats:
-    """A unit tangent vector at a vertex at an angle drawn from the seed, (3,)."""
+    """Return a unit tangent vector at a vertex, (3,), at an angle drawn from the seed."""
     return tangent_at(mesh, vertex, seeded_angle(seed))
 
 
 def tangent_at(mesh: TriangleMesh, vertex: int, degrees: float) -> Floats:
-    """The unit tangent vector at a vertex at that angle, counterclockwise from the first of its ``tangent_frames``."""
+    """Return the unit tangent vector at a vertex, (3,), at an angle in degrees.
+
+    The angle is counterclockwise from the first vector of ``mesh.tangent_frames``.
+    """
     return turned(mesh.tangent_frames[vertex], degrees)
 
 
@@ -221,13 +235,22 @@ def transport_over_times(
     robust: bool = False,
     solver: SolverName = "auto",
 ) -> Result:
-    """Diffuse and transport the same vectors for several times, one factorization each.
+    """Diffuse and transport the same vectors for several times.
 
-    Fields as in `VectorHeat.from_sources`, for more than one time with the suffix ``_0``, ``_1``, ... in the order of
-    the times; ``dt`` holds them. The report lists them under ``times``.
+    Parameters
+    ----------
+    sources : surface points, or source vertices counted from 0.
+    vectors, connection, robust, solver : as in `VectorHeat`.
+    times : diffusion times as in `time_step`.
+
+    Returns
+    -------
+    Result with the fields of `VectorHeat.from_sources`, with several times with the suffix ``_0``, ``_1``, ... in the
+    order of the times, and ``dt``, the times. The report lists them under ``times``.
     """
     where = sources if isinstance(sources, SurfacePoints) else vertex_points(mesh, sources)
-    runs = [VectorHeat(mesh, time, connection, robust, solver).from_sources(where, vectors) for time in times]
+    domain = TangentDomain(mesh, connection, robust)
+    runs = [VectorHeat(domain, time, solver=solver).from_sources(where, vectors) for time in times]
     fields = [
         Field(f"{field.name}_{k}" if len(runs) > 1 else field.name, field.location, field.values)
         for k, run in enumerate(runs)

@@ -13,8 +13,7 @@ from pathlib import Path
 import numpy as np
 import potpourri3d as pp3d
 
-from geomhw.geodesic.heat_method import HeatDistance
-from geomhw.geodesic.many_sources import block_size
+from geomhw.geodesic.heat_method import HeatDistance, block_size
 from geomhw.io import read_mesh
 from geomhw.mesh.primitives import icosphere
 from geomhw.mesh.surface_points import vertex_points

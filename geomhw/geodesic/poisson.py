@@ -1,0 +1,82 @@
+"""The distance φ whose gradient is closest to the unit field: Sφ = -Div X [GIH, algorithm 1, step III]."""
+
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from geomhw.arrays import Floats, Ints
+from geomhw.geodesic.heat_step import HeatStep
+from geomhw.mesh.surface_points import SurfacePoints
+from geomhw.mesh.triangle_mesh import TriangleMesh
+from geomhw.solvers.auto import LaplaceSolver
+from geomhw.solvers.log_scaled import LogValues
+from geomhw.solvers.nullspace import balanced, free_unknowns
+
+
+class DistancePoisson:
+    """Solves Sφ = -Div X on one surface, with φ right at the sources; factors on first use.
+
+    mesh: in space. step: the heat step on the mesh or a triangulation of it, whose stiffness is used.
+    """
+
+    def __init__(self, mesh: TriangleMesh, step: HeatStep) -> None:
+        self._mesh, self._step = mesh, step
+
+    @cached_property
+    def solve(self) -> LaplaceSolver:
+        """The solver with one vertex of each component held at zero."""
+        return LaplaceSolver(self._step.stiffness, self._free, self._step.solver, self._step.solves)
+
+    @cached_property
+    def _free(self) -> NDArray[np.bool_]:
+        return free_unknowns(self._mesh.components, self._mesh.unreferenced_vertices)
+
+    def __call__(self, div: Floats, sources: SurfacePoints, known: Floats, heat: LogValues) -> Floats:
+        """Return φ, (n,), from Div X, (n,); inf on components without a source.
+
+        known: (n,), distances to be met, inf elsewhere. With one source vertex on each component the solution is
+        shifted to zero there; otherwise the known distances are boundary conditions.
+        """
+        components = self._mesh.components
+        of_sources = components[sources.corners[:, 0]]
+        reached = np.isin(components, of_sources)
+        if len(np.unique(of_sources)) == len(sources) == len(sources.vertices):
+            # Heat falls about as exp(-φ/√t): Varadhan, On the behavior of the fundamental solution, 1967.
+            guess = np.where(np.isfinite(heat.log), -np.sqrt(self._step.time.t) * heat.log, 0.0)
+            self._shift(guess, np.flatnonzero(~self._free))
+            phi = self.solve(balanced(-div, components), guess)
+            self._shift(phi, sources.vertices)
+            phi[sources.vertices] = 0.0
+        else:
+            phi = self._held(div, known, reached)
+        phi[~reached] = np.inf
+        return phi
+
+    def from_vertices(self, div: Floats, vertices: Ints) -> Floats:
+        """Return φ, (n, k), from Div X, (n, k), of k unit fields that each start at one vertex, (k,).
+
+        inf on other components. Only where the system is factored.
+        """
+        assert self.solve.factored
+        components, columns = self._mesh.components, np.arange(len(vertices))
+        phi = self.solve.factored(balanced(-div, components))
+        phi -= phi[vertices, columns]
+        phi[vertices, columns] = 0.0
+        if self._mesh.n_components + len(self._mesh.unreferenced_vertices) > 1:
+            phi[components[:, None] != components[vertices]] = np.inf
+        return phi
+
+    def _held(self, div: Floats, known: Floats, reached: NDArray[np.bool_]) -> Floats:
+        """φ that takes the known distances; zero on components without a source."""
+        S, held = self._step.stiffness, np.flatnonzero(np.isfinite(known))
+        phi = np.where(np.isfinite(known), known, 0.0)
+        free = free_unknowns(self._mesh.components, self._mesh.unreferenced_vertices, held=held) & reached
+        return np.asarray(phi + LaplaceSolver(S, free, self._step.solver)(-div - S @ phi))
+
+    def _shift(self, values: Floats, vertices: Ints) -> None:
+        """Shift values, (n,), in place, so as to be zero at these vertices, one per component."""
+        mesh = self._mesh
+        zero = np.zeros(mesh.n_components + len(mesh.unreferenced_vertices))
+        zero[mesh.components[vertices]] = values[vertices]
+        values -= zero[mesh.components]
