@@ -1,6 +1,7 @@
-"""What the documentation says of the program: every option is there, every command line runs as it is printed."""
+"""The documentation: every option is in it, and every command line in it runs as printed."""
 
 import re
+import runpy
 import shlex
 import shutil
 import subprocess
@@ -20,6 +21,8 @@ from geomhw_cli.main import program
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
+REFERENCE = ROOT / "examples" / "reference"
+OPTIONS_PAGE = (REFERENCE / "options.md").read_text(encoding="utf-8")
 DOCUMENTS = sorted([ROOT / "README.md", *ROOT.glob("examples/**/*.md"), ROOT / "data" / "README.md"])
 PROGRAMS = ("geomhw", "make", "python", "pip", "pytest", "eval")
 #: Lines that are not run here, and why; what make would do is asked of it all the same.
@@ -100,7 +103,8 @@ def pages() -> list[Page]:
     found = []
     for path in DOCUMENTS:
         name = path.relative_to(ROOT).as_posix()
-        place = path.parent.relative_to(ROOT).as_posix() if name.startswith("examples/") else "."
+        at_top = path.parent in (ROOT, ROOT / "data", REFERENCE)
+        place = "." if at_top else path.parent.relative_to(ROOT).as_posix()
         lines = command_lines(path.read_text(encoding="utf-8"))
         skipped = [line for line in lines if bare(line) in ELSEWHERE.get(name, {})]
         found.append(Page(name, [line for line in lines if line not in skipped], place, skipped))
@@ -170,9 +174,9 @@ OPTIONS = [
 
 @pytest.mark.parametrize(("command", "option"), OPTIONS)
 def test_option_is_documented(command: click.Command, option: click.Option) -> None:
-    """Every spelling of it in the README; in the help what it does, and what is taken without it, if anything is."""
+    """Every spelling is on the page of options; the help says what it does, and its default, if it has one."""
     for name in [*option.opts, *option.secondary_opts]:
-        assert re.search(rf"`[^`]*(?<![\w-]){re.escape(name)}(?![\w-])", README), f"{name} is not in the README"
+        assert re.search(rf"`[^`]*(?<![\w-]){re.escape(name)}(?![\w-])", OPTIONS_PAGE), f"{name} is not documented"
     context = command.make_context("", [], resilient_parsing=True)
     shown = option.get_help_record(context)
     assert shown
@@ -181,19 +185,27 @@ def test_option_is_documented(command: click.Command, option: click.Option) -> N
         assert "default: " in shown[1]
 
 
-def test_readme_options_exist() -> None:
-    """No option in the README that no command has."""
+def test_options_page_is_generated() -> None:
+    """The page of options is what the script makes from the commands."""
+    assert runpy.run_path(str(REFERENCE / "generate.py"))["options_page"]() == OPTIONS_PAGE
+
+
+def test_documented_options_exist() -> None:
+    """The README and the reference name no option that no command has."""
     known = {
         name for *_, option in (case.values for case in OPTIONS) for name in [*option.opts, *option.secondary_opts]
     }
     known |= {"--help"}
-    named = set(re.findall(r"(?<![\w-])--[a-z][\w-]*", README))
-    assert named <= known, named - known
+    for path in [ROOT / "README.md", *REFERENCE.glob("*.md")]:
+        text = re.sub(r"`python [^`]*`", "", path.read_text(encoding="utf-8"))
+        named = set(re.findall(r"(?<![\w-])--[a-z][\w-]*", text))
+        assert named <= known, (path.name, named - known)
 
 
-def test_readme_arrays() -> None:
-    """Every array of the README's table is in the help of its command."""
-    rows = re.findall(r"^\| `(\w+)` \|([^|]*)\|([^|]*)\|$", README, re.MULTILINE)
+def test_documented_arrays() -> None:
+    """Every array of the table in files.md is in the help of its command."""
+    page = (REFERENCE / "files.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\| `(\w+)` \|([^|]*)\|([^|]*)\|$", page, re.MULTILINE)
     checked = [name for name, *cells in rows if name in program.commands and check_arrays(name, " ".join(cells))]
     assert {"geodesic", "vecdiffuse", "advect", "fluid", "helmholtz"} <= set(checked)
 
@@ -222,7 +234,7 @@ def test_links_lead_somewhere(path: Path) -> None:
 def test_figures_name_their_tests() -> None:
     """``pytest tests/FILE -k WORD`` beside a figure names tests that are there."""
     for path in DOCUMENTS:
-        for file, word in re.findall(r"`pytest\s+(tests/\w+\.py)(?: -k (\w+))?`", path.read_text(encoding="utf-8")):
+        for file, word in re.findall(r"`pytest\s+(tests/[\w/]+\.py)(?: -k (\w+))?`", path.read_text(encoding="utf-8")):
             assert re.search(rf"def test_\w*{word}|\[\w*{word}", (ROOT / file).read_text(encoding="utf-8")), (
                 file,
                 word,
@@ -240,9 +252,25 @@ def test_goals_of_make(clone: Callable[[], Path]) -> None:
             assert 0 in tried, f"{page.name}: {line}"
 
 
+def test_python_of_the_readme(clone: Callable[[], Path]) -> None:
+    """The lines of Python in the README run as printed."""
+    (program_text,) = re.findall(r"^```python\n((?:.*\n)*?)```$", README, re.MULTILINE)
+    done = subprocess.run([sys.executable, "-c", program_text], cwd=clone(), capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+
+
+def test_citation_file() -> None:
+    """CITATION.cff refers to papers of sources.md."""
+    dois = re.findall(r"doi: (\S+)", (ROOT / "CITATION.cff").read_text(encoding="utf-8"))
+    listed = (REFERENCE / "sources.md").read_text(encoding="utf-8")
+    assert len(dois) == 3
+    assert all(f"doi = {{{doi}}}" in listed for doi in dois)
+
+
 def test_completion_in_bash() -> None:
-    """The line of the README makes bash complete commands, options and choices."""
-    line = next(line for line in command_lines(README) if line.startswith("eval "))
+    """The line on the page about running makes bash complete commands, options and choices."""
+    page = (REFERENCE / "running.md").read_text(encoding="utf-8")
+    line = next(line for line in command_lines(page) if line.startswith("eval "))
     for words, expected in [
         (["geomhw", "geo"], "geodesic"),
         (["geomhw", "geodesic", "--ref"], "--refine"),

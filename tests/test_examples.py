@@ -104,6 +104,12 @@ def test_python_programs_are_short() -> None:
         assert f"]({file.name})" in readme
 
 
+def test_examples_import_from_rooms() -> None:
+    """No program of the examples imports from deeper than ``geomhw.<room>``."""
+    for file in EXAMPLES.rglob("*.py"):
+        assert not re.search(r"^(?:from|import) geomhw\.\w+\.", file.read_text(), re.MULTILINE), file
+
+
 def test_python_distance(tmp_path: Path) -> None:
     """Each point is nearer to the others than the one before, and the file has the distances from all."""
     numbers_of("distance", tmp_path)

@@ -1,4 +1,4 @@
-"""What the fluid schemes keep and how far they are from exact answers: two plots, and the figures as Markdown.
+"""Measure what the fluid schemes conserve and their errors against an exact wave: two plots, and tables in Markdown.
 
     python validate.py --levels 3 4 5 --steps 1000 -o .
 
@@ -14,14 +14,10 @@ import numpy as np
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 
-from geomhw.flow.initial_fields import random_field
-from geomhw.fluid.initial import rossby_haurwitz
-from geomhw.fluid.run import Plan, run
-from geomhw.fluid.schemes import SchemeName, scheme_of
-from geomhw.fluid.state import Diagnostics, FlowState, Scheme
-from geomhw.fluid.vorticity import VorticityModel
-from geomhw.mesh.primitives import icosphere
-from geomhw.mesh.triangle_mesh import TriangleMesh
+from geomhw.flow import random_field
+from geomhw.fluid import Diagnostics, FlowState, Plan, Scheme, VorticityModel, rossby_haurwitz, run, scheme_of
+from geomhw.mesh import TriangleMesh, icosphere
+from geomhw.options import SchemeName
 
 SCHEMES: dict[SchemeName, str] = {"conservative": "#1b6ca8", "rk4": "#d1495b", "stable-fluids": "#8d99ae"}
 DEGREE = 4

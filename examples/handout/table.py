@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 import geomhw
-from geomhw.operators.divergence import divergence
+from geomhw.operators import divergence
 
 folder, times = Path(sys.argv[1]), sys.argv[2:]
 report = {path.stem: json.loads(path.read_text()) for path in folder.glob("*.json")}

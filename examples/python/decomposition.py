@@ -1,11 +1,11 @@
-"""What a wind is made of: on a torus, of a slope, a swirl, and a flow round the hole that is neither."""
+"""Decompose a wind on a torus into a slope (curl-free), a swirl (coexact) and a flow around the hole (harmonic)."""
 
 from pathlib import Path
 
 import numpy as np
 
 import geomhw
-from geomhw.operators.gradient import gradient
+from geomhw.operators import gradient
 
 mesh = geomhw.read_mesh(Path(__file__).parents[2] / "data" / "torus.off")
 x, y, z = mesh.vertices.T
@@ -18,5 +18,5 @@ parts = geomhw.HelmholtzDecomposition(mesh)(slope + 2 * swirl + around)
 for name in ("curl_free", "coexact", "harmonic"):
     print(f"{name:>10}: {parts.report['energy_shares'][name]:6.1%} of the energy")
 found = parts["curl_free"]
-print(f"the slope is found again, to {np.linalg.norm(found - slope) / np.linalg.norm(slope):.0e}")
+print(f"the slope is recovered to {np.linalg.norm(found - slope) / np.linalg.norm(slope):.0e}")
 geomhw.write(parts, "parts.vtp")

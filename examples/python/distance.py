@@ -1,11 +1,11 @@
-"""Five points spread over a surface: each the one farthest from those before."""
+"""Spread five points over a surface: each is the vertex farthest from those before."""
 
 from pathlib import Path
 
 import geomhw
 
 mesh = geomhw.read_mesh(Path(__file__).parents[2] / "data" / "creature.obj")
-heat = geomhw.HeatDistance(mesh, refine=True)  # factors here, and answers quickly below
+heat = geomhw.HeatDistance(mesh, refine=True)  # factors here, answers quickly below
 
 points = [int(mesh.vertices[:, 1].argmax())]
 while len(points) < 5:

@@ -1,10 +1,9 @@
-"""Two like vortices on a sphere turn round each other, and the flow keeps its energy to the last digits."""
+"""Let two equal vortices on a sphere turn around each other; the flow conserves energy to the last digits."""
 
 import numpy as np
 
-from geomhw import scheme_of
-from geomhw.fluid.state import Diagnostics
-from geomhw.mesh.primitives import icosphere
+from geomhw.fluid import Diagnostics, scheme_of
+from geomhw.mesh import icosphere
 
 mesh = icosphere(4)
 scheme = scheme_of(mesh, "conservative")
@@ -12,7 +11,7 @@ z = mesh.vertices[:, 2]
 centers = np.array([[0.3, 0.0, 0.95], [-0.3, 0.0, 0.95]])
 w = sum(np.exp(-40 * ((mesh.vertices - center) ** 2).sum(axis=1)) for center in centers)
 
-q = scheme.model.from_vorticity(w)  # integrated, and without its mean: a closed surface has no net vorticity
+q = scheme.model.from_vorticity(w)  # integrated, without its mean: a closed surface has no net vorticity
 state = scheme.from_vorticity(q, np.zeros(scheme.model.n_unknowns), np.zeros(0), color=z)
 measure, dt = Diagnostics(scheme), 0.25
 before = measure(state, dt)["energy"]

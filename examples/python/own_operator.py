@@ -1,14 +1,13 @@
-"""An operator of one's own: the Lie bracket of two fields, as a commutator of matrices [OATVF].
+"""Compute the Lie bracket of two fields as a commutator of matrices [OATVF].
 
-Turning about x and then y, less y and then x, is turning about z: on the sphere, [D_x, D_y] = -D_z.
+Rotations about x and y have the rotation about z as their bracket: on the sphere, [D_x, D_y] = -D_z.
 """
 
 import numpy as np
 
-from geomhw.flow.initial_fields import rigid_field
-from geomhw.mesh.primitives import icosphere
-from geomhw.operators.directional_derivative import DirectionalDerivative
-from geomhw.operators.mass import lumped_mass
+from geomhw.flow import rigid_field
+from geomhw.mesh import icosphere
+from geomhw.operators import DirectionalDerivative, lumped_mass
 
 for level in (3, 4, 5):
     mesh = icosphere(level)

@@ -1,9 +1,9 @@
-"""A vector carried round an eighth of the sphere comes back turned by the area it went round: a quarter turn."""
+"""Transport a vector around an eighth of the sphere: it returns turned by the enclosed area, a quarter turn."""
 
 import numpy as np
 
-from geomhw import VectorHeat
-from geomhw.mesh.primitives import icosphere
+from geomhw.mesh import icosphere
+from geomhw.transport import VectorHeat
 
 mesh = icosphere(4)
 transport = VectorHeat(mesh, connection="intrinsic")
