@@ -1,54 +1,64 @@
-"""How long heat flows: the one place that turns ``--time`` and ``--dt`` into a number."""
+"""How long heat flows: from what a user writes to a diffusion time t."""
 
 import math
 import re
 from dataclasses import dataclass
 
 from geomhw.errors import FieldError
+from geomhw.mesh.polyhedral import PolyhedralSurface
 
 _MULTIPLE = re.compile(r"(?:(?P<factor>[^*]+)\*)?h2")
 
 
 @dataclass(frozen=True)
 class TimeStep:
-    """A diffusion time t (length²), how it was asked for, and why it came out so."""
+    """A diffusion time t (length²), as it was asked for, and the reason for its value."""
 
     t: float
     asked: str
     reason: str
 
     def report(self, h: float) -> dict[str, float | str]:
-        """Plain values for a report: t, t/h², and the reason."""
-        return {"t": self.t, "t_over_h2": self.t / h**2, "asked": self.asked, "reason": self.reason}
+        """Return plain values for a report: t/h², t, what was asked for, and the reason."""
+        return {"t_over_h2": self.t / h**2, "t": self.t, "asked": self.asked, "reason": self.reason}
 
 
-def time_step(asked: str | float, h: float) -> TimeStep:
-    """The time for a mesh of mean edge length h.
+def time_step(asked: str | float, surface: PolyhedralSurface) -> TimeStep:
+    """Return the diffusion time on a surface of mean edge length h.
 
-    asked: ``auto``, ``sqrt-h`` (t = √h, as in the course handout), ``h2`` (t = h² [GIH, sec. 3.2.4]), a multiple such
-    as ``0.5*h2``, or a positive number. ``auto`` is √h while that is a short time, 0.1 h² ≤ √h ≤ 4 h², else h²: √h has
-    no meaning for lengths in other units. FieldError for anything else.
+    Parameters
+    ----------
+    asked : ``h2`` (t = h², [GIH, sec. 3.2.4]), ``sqrt-h`` (t = √h, the course handout's, which depends on the unit of
+        length), a multiple such as ``0.5*h2``, a positive number (length²), or ``auto``: √h where that is near h² and
+        at least as accurate on this surface (`auto_time`), else h².
+
+    Raises
+    ------
+    FieldError
+        For anything else, and for a time that is zero, infinite or out of the range of numbers.
     """
-    text = str(asked).strip()
+    text, h = str(asked).strip(), surface.mean_edge_length
     if text == "auto":
-        ratio = math.sqrt(h) / h**2
-        if 0.1 <= ratio <= 4:
-            return TimeStep(math.sqrt(h), text, f"√h, which is {ratio:.3g} h² here, a short time")
-        return TimeStep(h**2, text, f"h², since √h is {ratio:.3g} h² here, not a short time")
+        from geomhw.geodesic.auto_time import auto_time
+
+        return auto_time(surface)
     if text == "sqrt-h":
         return TimeStep(math.sqrt(h), text, "√h, as asked")
     if match := _MULTIPLE.fullmatch(text):
         factor = _positive(match["factor"] or "1", text)
-        return TimeStep(factor * h**2, text, f"{factor:g} h², as asked")
+        return TimeStep(_positive(factor * h**2, text), text, f"{factor:g} h², as asked")
     return TimeStep(_positive(text, text), text, "as asked")
 
 
-def _positive(number: str, text: str) -> float:
+def _positive(number: str | float, text: str) -> float:
+    """The number, if it is a time."""
+    if len(text) > 100:
+        text = f"{text[:40]} ... ({len(text)} characters)"
     try:
         value = float(number)
     except ValueError:
         known = "auto, sqrt-h, h2, a multiple such as 0.5*h2, or a number"
         raise FieldError(f"'{text}' is no time step; give {known}") from None
-    if not (0 < value < math.inf):
+    if not 0 < value < math.inf:
         raise FieldError(f"the time step must be positive and finite, not {text}")
     return value

@@ -62,7 +62,7 @@ class HeatStep:
                 f"there is no boundary condition '{boundary}'; choose from {', '.join(get_args(Boundary))}"
             )
         self.mesh, self.solver, self.solves = mesh, solver, solves
-        self.time = time_step(time, mesh.mean_edge_length)
+        self.time = time_step(time, mesh)
         self.stiffness = stiffness(mesh)
         self.surface = np.ones(mesh.n_vertices, dtype=bool)
         self.surface[mesh.unreferenced_vertices] = False
