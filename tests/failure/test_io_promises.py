@@ -15,7 +15,7 @@ from geomhw.io.artifacts.matrix_market import read_market
 from geomhw.io.artifacts.numpy_file import read_numpy
 from geomhw.mesh.primitives import icosphere
 
-FOUND = Path(__file__).parent / "fuzz" / "found"
+FOUND = Path(__file__).parents[1] / "fuzz" / "found"
 
 
 @pytest.mark.parametrize(

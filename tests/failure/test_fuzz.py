@@ -21,7 +21,7 @@ from geomhw.io.artifacts.series import read_series
 from geomhw.io.artifacts.table import read_csv
 from geomhw.io.formats.meshio_read import FORMATS
 
-FUZZ = Path(__file__).parent / "fuzz"
+FUZZ = Path(__file__).parents[1] / "fuzz"
 SEEDS = {name: sorted((FUZZ / "corpus" / name).iterdir()) for name in TARGETS}
 FOUND = sorted(path for path in (FUZZ / "found").iterdir())
 DAMAGED_EACH, FORKED_EACH = 110, 12

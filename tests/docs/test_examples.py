@@ -15,7 +15,7 @@ from test_render import needs_opengl
 from geomhw.io import read
 from geomhw_cli.main import program
 
-EXAMPLES = Path(__file__).parents[1] / "examples"
+EXAMPLES = Path(__file__).parents[2] / "examples"
 HANDOUT = EXAMPLES / "handout"
 #: What the page says of the course's own mesh.
 COURSE = {"0.337", "66.94074373"}

@@ -14,7 +14,7 @@ from test_render import needs_opengl
 
 from geomhw.io.artifacts.table import read_csv, write_csv
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 EXAMPLE = ROOT / "examples" / "golden"
 
 

@@ -18,7 +18,7 @@ from test_render import needs_opengl
 
 from geomhw_cli.main import program
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 DOCUMENTS = sorted([ROOT / "README.md", *ROOT.glob("examples/**/*.md"), ROOT / "data" / "README.md"])
 PROGRAMS = ("geomhw", "make", "python", "pip", "pytest", "eval")

@@ -25,7 +25,7 @@ from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.operators.boundary_loops import loop_groups
 from geomhw.operators.gradient import gradient
 
-DATA = Path(__file__).parent.parent / "data"
+DATA = Path(__file__).parents[2] / "data"
 Z = np.array([0.0, 0.0, 1.0])
 MESHES = pytest.mark.parametrize("name", ZOO)
 

@@ -13,7 +13,7 @@ from urllib.parse import unquote
 import pytest
 from test_render import needs_opengl
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 STRIP = ROOT / "data" / "strip.off"
 STRANGE = "a b#1$x:=%'(é).off"
 

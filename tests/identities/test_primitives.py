@@ -137,7 +137,7 @@ def test_implicit_surface_refuses():
 
 # -- the files in data/ ------------------------------------------------------------------------------------------
 
-DATA = Path(__file__).parents[1] / "data"
+DATA = Path(__file__).parents[2] / "data"
 
 
 @pytest.fixture(scope="module")

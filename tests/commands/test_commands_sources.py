@@ -13,7 +13,7 @@ from geomhw.flow.initial_fields import blob, bump
 from geomhw.geodesic.heat_method import HeatDistance
 from geomhw.io import read
 from geomhw.mesh.primitives import grid, icosphere
-from geomhw.mesh.surface_points import face_point, joined, vertex_points
+from geomhw.mesh.surface_points import concatenate, face_point, vertex_points
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw_cli.specs.sources import SourceSpecs
 
@@ -158,7 +158,7 @@ def test_geodesic_is_the_library() -> None:
     """Options joined give the arrays of the library, to the last bit; report and lines name the points."""
     arguments = ("geodesic", "ball.off", "--source", "9,face:17:0.2,0.3,0.5", "--source", "4", "-o", "a.vtp")
     answer = run(*arguments, "--json")
-    sources = joined([vertex_points(BALL, [9]), face_point(BALL, 17, [0.2, 0.3, 0.5]), vertex_points(BALL, [4])])
+    sources = concatenate([vertex_points(BALL, [9]), face_point(BALL, 17, [0.2, 0.3, 0.5]), vertex_points(BALL, [4])])
     expected = HeatDistance(BALL).from_sources(sources)
     written = read("a.vtp")
     for field in expected.fields:
