@@ -9,12 +9,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import crumpled
-from test_render import needs_opengl
 
 from geomhw.io import write
 from geomhw.mesh.primitives import torus
 from geomhw.results import Field, Result
+from support.meshes import crumpled
+from support.pictures import needs_opengl
 
 MESH = crumpled(torus(16, 10))
 FLOW = "--dt 0.01 --steps 4 --every 2"

@@ -1,6 +1,5 @@
 """``geomhw advect`` and ``geomhw fluid`` as a user runs them: series, tables, films, interrupts, restarts, refusals."""
 
-import csv
 import json
 import signal
 import subprocess
@@ -8,33 +7,23 @@ import sys
 import time
 from itertools import pairwise
 from pathlib import Path
-from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from click.testing import Result as Answer
 from PIL import Image
-from test_commands import run, save_off
-from test_render import needs_opengl
 
 from geomhw.flow.initial_fields import hue_stripes, rigid_field
-from geomhw.io import read, write
+from geomhw.io import write
 from geomhw.io.artifacts import series as series_module
-from geomhw.mesh.primitives import icosphere, moebius_band
-from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.results import Field, Result
+from support.flow_files import BALL, FILM, FINE, SHORT, both, series, spoiled_inputs, table, times
+from support.pictures import needs_opengl
+from support.program import contents, files, run, save_off
 
-BALL = icosphere(1)
-FINE = icosphere(2)
-#: Seven steps with a frame each three: 0, 3, 6 and the last, which is out of turn.
-SHORT = ("--dt", "0.01", "--steps", "7", "--every", "3")
-#: Long enough steps for a difference to be seen from frame to frame, of which there are four.
-FILM = ("--dt", "0.03", "--steps", "9", "--every", "3")
 COLUMNS = {
     "advect": "step,time,color_min,color_max,color_mean",
     "fluid": "step,time,energy,enstrophy,circulation,divergence,courant,color_min,color_max",
 }
-both = pytest.mark.parametrize("command", ["advect", "fluid"])
 
 
 @pytest.fixture(autouse=True)
@@ -43,48 +32,6 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
     save_off(BALL)
     return tmp_path
-
-
-def files(folder: Path) -> list[str]:
-    """Names in the folder, hidden ones too."""
-    return sorted(path.name for path in folder.iterdir())
-
-
-def series(path: str | Path) -> list[Result]:
-    """Frames of a series, after a look at both of its indices: they agree, and name files beside them."""
-    path = Path(path)
-    entries = [item.attrib for item in ElementTree.parse(path).iter("DataSet")]
-    index = json.loads(path.with_suffix(".vtp.series").read_text())
-    assert index["file-series-version"] == "1.0"
-    assert [(entry["file"], float(entry["timestep"])) for entry in entries] == [
-        (entry["name"], entry["time"]) for entry in index["files"]
-    ]
-    found = []
-    for k, entry in enumerate(entries):
-        assert entry["file"] == f"{path.stem}.{k:05d}.vtp"
-        found.append(read(path.parent / entry["file"]))
-        assert found[-1]["time"].tolist() == [float(entry["timestep"])]
-    return found
-
-
-def times(path: str | Path) -> list[float]:
-    """Times of the frames of a series."""
-    return [float(frame["time"][0]) for frame in series(path)]
-
-
-def table(path: str | Path) -> list[dict[str, float]]:
-    """Lines of a CSV file."""
-    with open(path, newline="") as stream:
-        return [{name: float(value) for name, value in row.items()} for row in csv.DictReader(stream)]
-
-
-def one_line(answer: Answer, *words: str) -> None:
-    """A failure told in one line on stderr, with these words, and nothing on stdout."""
-    assert answer.exit_code == 1
-    assert answer.stdout == ""
-    (line,) = answer.stderr.strip().splitlines()
-    for word in words:
-        assert word in line
 
 
 # -- what is written ---------------------------------------------------------------------------------------------
@@ -171,11 +118,6 @@ def test_bytes_repeat(command: str, folder: Path) -> None:
     assert contents(folder / "one") == contents(folder / "two")
 
 
-def contents(folder: Path) -> dict[str, bytes]:
-    """Every file of a folder."""
-    return {path.name: path.read_bytes() for path in folder.iterdir()}
-
-
 @both
 def test_defaults_in_the_help(command: str) -> None:
     """The handout's 1980 steps of 0.0005 with a frame each 66 are what the help says."""
@@ -221,27 +163,6 @@ def test_mp4() -> None:
     ffmpeg = pytest.importorskip("imageio_ffmpeg")
     assert run("advect", "ball.off", *SHORT, "--mp4", "flow.mp4", "-q").exit_code == 0
     assert ffmpeg.count_frames_and_secs("flow.mp4")[0] == 4
-
-
-@both
-def test_no_mp4_without_ffmpeg(command: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Where imageio-ffmpeg is not installed, a line says so before any work is done."""
-    monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
-    one_line(run(command, "ball.off", *SHORT, "--mp4", "flow.mp4"), "pip install imageio-ffmpeg", "GIF")
-    assert files(folder) == ["ball.off"]
-
-
-@both
-def test_no_film_without_opengl(command: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Where nothing can be drawn, that is said before hours of computing, not after."""
-    from geomhw.render import offscreen
-
-    monkeypatch.setattr(offscreen, "missing_opengl", lambda: "there is no OpenGL library (libEGL.so.1)")
-    monkeypatch.setattr(offscreen, "has_display", lambda: False)
-    monkeypatch.delenv("VTK_DEFAULT_OPENGL_WINDOW", raising=False)
-    one_line(run(command, "ball.off", *SHORT, "--gif", "flow.gif"), "libegl1")
-    assert files(folder) == ["ball.off"]
-    assert run(command, "ball.off", *SHORT, "--csv", "flow.csv").exit_code == 0
 
 
 # -- what is computed --------------------------------------------------------------------------------------------
@@ -336,141 +257,12 @@ def test_arrays_from_files(command: str, option: str) -> None:
     np.testing.assert_array_equal(series("one.pvd")[0]["color"], BALL.vertices[:, 0])
 
 
-# -- refusals ----------------------------------------------------------------------------------------------------
-
-
-def spoiled_inputs() -> None:
-    """Field files that are wrong, each in its way, and a mesh with three faces at an edge."""
-    hole = np.ones((80, 3))
-    hole[7, 1] = np.nan
-    np.save("hole.npy", hole)
-    np.save("short.npy", np.ones((79, 3)))
-    fan = TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [0, -1, 0]], [[0, 1, 2], [0, 1, 3], [0, 1, 4]])
-    save_off(fan, "fan.off")
-    save_off(moebius_band(12, 3), "moebius.off")
-    write(Result(BALL, [Field("wind", "face", BALL.face_normals), Field("u", "vertex", BALL.vertices[:, 0])]), "w.vtp")
-
-
-@both
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (["--dt", "0"], ["positive", "0"]),
-        (["--dt", "-0.1"], ["positive", "-0.1"]),
-        (["--dt", "nan"], ["positive", "nan"]),
-        (["--steps", "0"], ["at least one step"]),
-        (["--every", "0"], ["at least one"]),
-        (["FIELD", "hole.npy"], ["hole.npy", "row 7", "nan"]),
-        (["FIELD", "short.npy"], ["short.npy", "79 rows", "80 faces"]),
-        (["FIELD", "w.vtp:gale"], ["gale", "wind"]),
-        (["FIELD", "w.vtp:u"], ["'u' is no vector field"]),
-        (["FIELD", "none.vtp:u"], ["none.vtp", "no such file"]),
-        (["--color", "w.vtp:wind"], ["w.vtp:wind", "per vertex"]),
-        (["--color", "blob:42"], ["source 42 is not a vertex", "0 to 41"]),
-        (["-o", "flow.vtk"], ["'.vtk'"]),
-        (["-o", "none/flow.pvd"], ["no folder none"]),
-        (["--gif", "flow.avi"], ["'.avi'"]),
-        (["--csv", "none/flow.csv"], ["no folder none"]),
-    ],
-)
-def test_refusals(command: str, arguments: list[str], words: list[str], folder: Path) -> None:
-    """Input that makes no flow: exit code 1, one sentence, nothing written."""
-    spoiled_inputs()
-    before = files(folder)
-    option = {"advect": "--field", "fluid": "--init"}[command]
-    one_line(run(command, "ball.off", *[option if part == "FIELD" else part for part in arguments]), *words)
-    assert files(folder) == before
-
-
-@both
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (["FIELD", "spiral"], "'spiral' is no field"),
-        (["FIELD", "rigid:up"], "'up' is no axis"),
-        (["--color", "plaid"], "'plaid' is no color"),
-        (["--color", "blob:top"], "'top' is no source"),
-        (["--dt", "soon"], "'soon'"),
-    ],
-)
-def test_usage(command: str, arguments: list[str], words: str, folder: Path) -> None:
-    """Specs that are not known: exit code 2, and the last line says what is wrong; nothing written."""
-    option = {"advect": "--field", "fluid": "--init"}[command]
-    answer = run(command, "ball.off", *[option if part == "FIELD" else part for part in arguments])
-    assert answer.exit_code == 2
-    assert words in answer.stderr.strip().splitlines()[-1]
-    assert files(folder) == ["ball.off"]
-
-
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (["--dt", "0.1", "--cfl", "1"], "--dt and --cfl exclude"),
-        (["--steps", "3", "--until", "1"], "--steps and --until exclude"),
-        (["--cfl", "1"], "--force none"),
-        (["--scheme", "best"], "'best'"),
-        (["--force", "wind"], "'wind'"),
-    ],
-)
-def test_fluid_usage(arguments: list[str], words: str, folder: Path) -> None:
-    """Options that exclude each other, or are not known: exit code 2, nothing written."""
-    answer = run("fluid", "ball.off", *arguments)
-    assert answer.exit_code == 2
-    assert words in answer.stderr.strip().splitlines()[-1]
-    assert files(folder) == ["ball.off"]
-
-
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (["fan.off"], "oriented manifold"),
-        (["moebius.off"], "oriented manifold"),
-        (["moebius.off", "--scheme", "handout"], "oriented manifold"),
-        (["ball.off", "--until", "0"], "until must be a positive number"),
-        (["ball.off", "--cfl", "-1", "--force", "none"], "cfl must be a positive number"),
-        (["ball.off", "--viscosity", "-1"], "viscosity"),
-        (["ball.off", "--scheme", "handout", "--viscosity", "1"], "no viscosity"),
-        (["ball.off", "--restart", "none.npz"], "none.npz: there is no such file"),
-        (["ball.off", "--restart", "hole.npy"], "hole.npy holds no state"),
-        (["ball.off", "--restart", "ball.off"], "ball.off holds no state"),
-    ],
-)
-def test_fluid_refusals(arguments: list[str], words: str, folder: Path) -> None:
-    """Meshes and numbers that make no fluid: exit code 1, one sentence, nothing written."""
-    spoiled_inputs()
-    before = files(folder)
-    one_line(run("fluid", *arguments), words)
-    assert files(folder) == before
-
-
 @pytest.mark.parametrize("mesh", ["fan.off", "moebius.off"])
 def test_advect_needs_no_manifold(mesh: str) -> None:
     """A field carries a color over any faces, three at an edge or one-sided."""
     spoiled_inputs()
     assert run("advect", mesh, *SHORT, "-o", "f.pvd", "-q").exit_code == 0
     assert len(series("f.pvd")) == 4
-
-
-def test_a_frame_read_from_is_not_written_over(folder: Path) -> None:
-    """A flow that starts from a frame of an earlier series is not given its names."""
-    run("fluid", "ball.off", *SHORT, "-q")
-    before = contents(folder)
-    again = ("--init", "ball.fluid.00002.vtp:velocity")
-    one_line(run("fluid", "ball.off", *again, *SHORT), "ball.fluid.pvd", "input ball.fluid.00002.vtp")
-    assert contents(folder) == before
-    assert run("fluid", "ball.off", *again, *SHORT, "-o", "next.pvd").exit_code == 0
-
-
-def test_a_step_too_long(folder: Path) -> None:
-    """Where the scheme refuses on the way, what was written stays, and is a valid series; no film is begun."""
-    arguments = ("--scheme", "fast", "--dt", "0.5", "--steps", "200", "--every", "1")
-    answer = run("fluid", "ball.off", *arguments, "--csv", "f.csv", "--gif", "f.gif")
-    one_line(answer, "too long", "Courant number", "the largest")
-    frames = series("ball.fluid.pvd")
-    assert 1 <= len(frames) == len(table("f.csv")) < 200
-    assert all(np.isfinite(frame["velocity"]).all() for frame in frames)
-    assert not Path("f.gif").exists()
-    assert not [name for name in files(folder) if name.startswith(".")]
 
 
 # -- interrupt and restart ---------------------------------------------------------------------------------------
@@ -568,25 +360,6 @@ def test_restart_from_the_start() -> None:
     np.testing.assert_allclose(times("ball.fluid.pvd"), [0, 0.03, 0.06], rtol=1e-14)
 
 
-@pytest.mark.parametrize("mesh", [FINE, TriangleMesh(2 * BALL.vertices, BALL.faces)])
-def test_restart_on_another_mesh(mesh: TriangleMesh, folder: Path) -> None:
-    """A state of another mesh is refused, of as many vertices too."""
-    run("fluid", "ball.off", *SHORT, "-q")
-    save_off(mesh)
-    before = contents(folder)
-    one_line(run("fluid", "ball.off", *SHORT, "--restart", "ball.fluid.restart.npz"), "mesh")
-    assert contents(folder) == before
-
-
-def test_restart_into_another_series(folder: Path) -> None:
-    """A series whose frames are of other times is not mixed with those to come."""
-    run("fluid", "ball.off", *SHORT, "-q")
-    run("fluid", "ball.off", "--dt", "0.02", "--steps", "9", "--every", "3", "-o", "other.pvd", "-q")
-    before = contents(folder)
-    one_line(run("fluid", "ball.off", *SHORT, "--restart", "ball.fluid.restart.npz", "-o", "other.pvd"), "other.pvd")
-    assert contents(folder) == before
-
-
 def test_color_of_bytes() -> None:
     """RGB stored as bytes, 0..255, as in a PLY, is a color between 0 and 1."""
     write(Result(BALL, [Field("rgb", "vertex", np.full((42, 3), 51, dtype=np.uint8))]), "in.vtp")
@@ -602,21 +375,3 @@ def test_restart_of_a_run_that_is_done() -> None:
     assert again.exit_code == 0
     assert [row["step"] for row in table("f.csv")] == [0, 3, 6]
     assert len(series("ball.fluid.pvd")) == 3
-
-
-@pytest.mark.parametrize(
-    ("other", "words"),
-    [
-        (["--dt", "0.02"], "dt = 0.01, not 0.02"),
-        (["--scheme", "fast"], "scheme = conservative, not rk4"),
-        (["--init", "rigid:z"], "init = rotation:x, not rigid:z"),
-        (["--every", "2"], "every = 3, not 2"),
-        (["-o", "other.pvd"], "other.pvd"),
-    ],
-)
-def test_restart_of_another_run(other: list[str], words: str, folder: Path) -> None:
-    """A state is gone on from with the parameters and the series it is of, or not at all."""
-    run("fluid", "ball.off", *SHORT, "-q")
-    before = contents(folder)
-    one_line(run("fluid", "ball.off", *SHORT, *other, "--restart", "ball.fluid.restart.npz"), words)
-    assert contents(folder) == before

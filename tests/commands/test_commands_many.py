@@ -6,24 +6,18 @@ import signal
 import subprocess
 import sys
 import tracemalloc
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
-from conftest import crumpled, two_spheres
-from test_commands import run, save_off
-from test_faults import files_no_larger_than
 
 from geomhw.geodesic.heat_method import HeatDistance
-from geomhw.geodesic.many_sources import block_size
 from geomhw.io.artifacts.table import read_csv
-from geomhw.mesh.primitives import grid, icosphere, torus
+from geomhw.mesh.primitives import icosphere
 from geomhw.mesh.surface_points import face_point, vertex_points
-
-MESH = crumpled(torus(16, 13))  # 208 vertices, four blocks
-ALL = "geodesic mesh.off --time h2 --all-pairs -o D.npy"
+from support.matrix_runs import ALL, MESH, expected, interrupt, stopping
+from support.meshes import two_spheres
+from support.program import run, save_off
 
 
 @pytest.fixture(autouse=True)
@@ -32,12 +26,6 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
     save_off(MESH, "mesh.off")
     return tmp_path
-
-
-def expected(**options: Any) -> np.ndarray:
-    """All distances, one source after the other."""
-    solver = HeatDistance(MESH, "h2", **options)
-    return np.stack([solver.from_vertices([v])["distance"] for v in range(MESH.n_vertices)])
 
 
 def test_all_pairs(folder: Path) -> None:
@@ -121,26 +109,6 @@ def test_pairs(name: str) -> None:
     assert sorted(os.listdir()) == [name, "mesh.off", "pairs.txt"]
 
 
-# -- interrupted runs -------------------------------------------------------------------------------------------------
-
-
-def stopping(at: int, stop: Callable[[], object]) -> Callable[..., Any]:
-    """`HeatDistance.rows` that comes to an end at one of its calls."""
-    rows, calls = HeatDistance.rows, []
-
-    def stopped(self: HeatDistance, queries: Any) -> Any:
-        calls.append(1)
-        if len(calls) == at:
-            stop()
-        return rows(self, queries)
-
-    return stopped
-
-
-def interrupt() -> None:
-    raise KeyboardInterrupt
-
-
 @pytest.mark.parametrize("command", [ALL, "geodesic mesh.off --pairs pairs.txt -o D.csv", f"{ALL} --single --refine"])
 def test_a_run_goes_on(command: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """What is done is kept under a name that says so, and the same command ends with the same bytes."""
@@ -180,7 +148,7 @@ KILLED = """
 import os, signal, sys
 import geomhw.io.artifacts.resumable_rows as partial
 partial.INTERVAL = -1.0
-from test_commands_many import stopping
+from support.matrix_runs import stopping
 from geomhw.geodesic.heat_method import HeatDistance
 HeatDistance.rows = stopping(4, lambda: os.kill(os.getpid(), signal.SIGKILL))
 from geomhw_cli.main import main
@@ -203,65 +171,6 @@ def test_killed(folder: Path) -> None:
     assert Path("D.npy").read_bytes() == whole
 
 
-def test_another_run_is_not_gone_on_with(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Other options, another mesh, or a state that is damaged, are refused in a sentence, and nothing is lost."""
-    with monkeypatch.context() as patched:
-        patched.setattr(HeatDistance, "rows", stopping(3, interrupt))
-        run(*ALL.split())
-    kept = Path("D.partial.npy").read_bytes()
-    save_off(grid(5, 5), "other.off")
-    for change, word in (
-        (("--time h2", "--time 2*h2"), "time"),
-        (("--all-pairs", "--all-pairs --robust"), "robust"),
-        (("--all-pairs", "--all-pairs --single"), "precision"),
-        (("mesh.off", "other.off"), "mesh"),
-    ):
-        answer = run(*ALL.replace(*change).split())
-        assert answer.exit_code == 1
-        assert answer.stderr == (
-            f"Error: D.partial.json is of a run with another {word}; "
-            "remove D.partial.json and D.partial.npy to start anew, or take another name\n"
-        )
-    assert Path("D.partial.npy").read_bytes() == kept
-    Path("D.partial.npy").write_bytes(kept[:5000])
-    assert "is shorter than D.partial.json says" in run(*ALL.split()).stderr
-    Path("D.partial.json").write_text("{}")
-    assert "is not the state of a run" in run(*ALL.split()).stderr
-    Path("D.partial.npy").unlink()
-    assert run(*ALL.split()).exit_code == 0
-    assert sorted(os.listdir()) == ["D.npy", "mesh.off", "other.off"]
-
-
-# -- disks and memory -------------------------------------------------------------------------------------------------
-
-
-def test_no_room_beforehand(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Found out before anything is computed."""
-    from shutil import disk_usage
-
-    monkeypatch.setattr("shutil.disk_usage", lambda path: disk_usage(path)._replace(free=300_000))
-    monkeypatch.setattr(HeatDistance, "rows", None)
-    answer = run(*ALL.split())
-    assert answer.exit_code == 1
-    sentence = "it takes 346 kB, and there is room for 300 kB; make room, or write to another disk\n"
-    assert answer.stderr == f"Error: cannot write D.npy: {sentence}"
-    assert os.listdir() == ["mesh.off"]
-
-
-def test_no_room_in_the_middle() -> None:
-    """A disk that fills up is one sentence; what fits is kept, and the run goes on when there is room."""
-    Path("D.npy").write_text("old")
-    with files_no_larger_than(200_000):
-        answer = run(*ALL.split())
-    assert answer.exit_code == 1
-    assert answer.stderr.startswith("Error: cannot write D.partial.npy: File too large; raise the limit")
-    assert Path("D.npy").read_text() == "old"
-    answer = run(*ALL.split(), "--json")
-    assert answer.exit_code == 0, answer.stderr
-    assert json.loads(answer.stdout)["resumed_after"] == block_size(MESH.n_vertices)
-    np.testing.assert_allclose(np.load("D.npy"), expected(), rtol=0, atol=1e-11)
-
-
 def test_memory_does_not_grow_with_the_sources(monkeypatch: pytest.MonkeyPatch) -> None:
     """Four times as many rows of a matrix, of 2,562 numbers each, in a twentieth more memory at most."""
     from geomhw_cli.specs.queries import Asked, DistanceQueries
@@ -278,40 +187,3 @@ def test_memory_does_not_grow_with_the_sources(monkeypatch: pytest.MonkeyPatch) 
             tracemalloc.stop()
     assert np.load("D.npy").shape == (2560, 2562)
     assert peaks[2] < 1.05 * peaks[1]
-
-
-# -- what is refused --------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("words", "code", "sentence"),
-    [
-        ("--all-pairs", 2, "--all-pairs writes one file; give -o D.npy."),
-        ("--all-pairs -o a.npy -o b.npy", 2, "--all-pairs writes one file"),
-        ("--all-pairs --pairs mesh.off -o a.npy", 2, "--all-pairs and --pairs exclude each other."),
-        ("--all-pairs --source 3 -o a.npy", 2, "--source and --all-pairs exclude each other."),
-        ("--all-pairs --png a.png -o a.npy", 2, "--png and --all-pairs exclude each other."),
-        ("--single -o a.vtp", 2, "--single is for --all-pairs, --pairs and --sources."),
-        ("--all-pairs -o a.csv", 1, "cannot write a.csv: '.csv' is not a format that is written here; known are .npy"),
-        ("--all-pairs -o no/a.npy", 1, "cannot write no/a.npy: there is no folder no"),
-        ("--sources bad.npy -o bad.npy", 1, "bad.npy, line 1: 'x' is no source"),
-        ("--sources empty -o a.npy", 1, "empty is an empty file"),
-        ("--sources far -o a.npy", 1, "far, line 2: source 208 is not a vertex: the mesh has 208 (0 to 207)"),
-        ("--pairs three -o a.csv", 1, "three, line 1: '1 2 3' is no pair; give two sources, as in: 0 17"),
-        ("--pairs within -o a.csv", 1, "within, line 2: the second of a pair is one vertex"),
-        ("--pairs within -o within", 1, "cannot write within: the name has no extension"),
-        ("--pairs far.csv -o far.csv", 1, "cannot write far.csv: it is the input far.csv, which would be lost"),
-        ("--pairs none -o a.csv", 1, "none: there is no such file"),
-    ],
-)
-def test_refused(words: str, code: int, sentence: str, folder: Path) -> None:
-    """In one sentence, before anything is written."""
-    for name, text in {
-        "bad.npy": "x", "empty": "", "far": "3\n208", "three": "1 2 3", "within": "1 2\n3 face:4", "far.csv": "1 2",
-    }.items():  # fmt: skip
-        Path(name).write_text(text)
-    before = sorted(os.listdir())
-    answer = run("geodesic", "mesh.off", *words.split())
-    assert answer.exit_code == code
-    assert f"Error: {sentence}" in answer.stderr
-    assert sorted(os.listdir()) == before

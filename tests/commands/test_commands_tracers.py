@@ -8,23 +8,14 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 from PIL import Image
-from test_commands import run, save_off
-from test_commands_flow import (
-    BALL,
-    FILM,
-    SHORT,
-    both,
-    contents,
-    files,
-    one_line,
-    spoiled_inputs,
-)
-from test_render import needs_opengl
 
-from geomhw.io import read, read_cloud, write
+from geomhw.io import read, read_cloud
 from geomhw.io.artifacts import series as series_module
 from geomhw.io.artifacts.series import read_series
 from geomhw.results import Cloud
+from support.flow_files import BALL, FILM, SHORT, both
+from support.pictures import needs_opengl
+from support.program import contents, files, run, save_off
 
 TRACED = ("--tracers", "44")
 
@@ -139,15 +130,6 @@ def test_a_run_in_two_parts(options: list[str], pace: list[str], folder: Path) -
     assert contents(folder / "parts") == contents(folder / "whole")
 
 
-@pytest.mark.parametrize(("first", "then"), [([], TRACED), (TRACED, []), (TRACED, ["--tracers", "45"])])
-def test_restart_with_other_tracers(first: list[str], then: list[str], folder: Path) -> None:
-    """Neither with, without, nor with more of them than before."""
-    run("fluid", "ball.off", *SHORT, *first, "-q")
-    before = contents(folder)
-    one_line(run("fluid", "ball.off", *SHORT, *then, "--restart", "ball.fluid.restart.npz"), "tracers = ", "start anew")
-    assert contents(folder) == before
-
-
 def test_interrupt(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Ctrl-C while the tracers of a frame are written takes effect after it: frames, tracers and indices agree."""
     written = series_module.write_cloud
@@ -161,36 +143,3 @@ def test_interrupt(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert run("fluid", "ball.off", *SHORT, *TRACED, "-o", "flow.pvd").exit_code == 1
     assert len(clouds("flow.pvd")) == len(read_series("flow.pvd")) == 2
     assert not [name for name in files(folder) if name.startswith(".")]
-
-
-# -- refusals ----------------------------------------------------------------------------------------------------
-
-
-@both
-@pytest.mark.parametrize("count", ["0", "-3", "2.5", "many", "10000001"])
-def test_no_number(command: str, count: str, folder: Path) -> None:
-    """What is no number of tracers: exit code 2, said in the last line, nothing written."""
-    answer = run(command, "ball.off", "--tracers", count)
-    assert answer.exit_code == 2
-    last = answer.stderr.strip().splitlines()[-1]
-    assert "--tracers" in last
-    assert count in last
-    assert files(folder) == ["ball.off"]
-
-
-def test_manifolds_only(folder: Path) -> None:
-    """A color is carried over three faces at an edge; a particle would not know where to go."""
-    spoiled_inputs()
-    before = files(folder)
-    one_line(run("advect", "fan.off", *SHORT, *TRACED), "tracers", "3 faces meet at edge 0-1")
-    assert files(folder) == before
-    assert run("advect", "moebius.off", *SHORT, *TRACED, "-q").exit_code == 0
-
-
-def test_tracers_read_from_are_not_written_over(folder: Path) -> None:
-    """A mesh that has the name of tracers to come is not lost to them."""
-    (folder / "ball.off").rename(folder / "flow.tracers.00000.off")
-    write(read("flow.tracers.00000.off"), "flow.tracers.00000.vtp")
-    before = contents(folder)
-    one_line(run("fluid", "flow.tracers.00000.vtp", *SHORT, *TRACED, "-o", "flow.pvd"), "flow.pvd", "input")
-    assert contents(folder) == before

@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 import scipy.io
 import scipy.sparse as sp
-from conftest import split_diagonals, zoo_mesh
-from test_commands import run, save_off
 
 from geomhw import operators
 from geomhw.io import read
 from geomhw.mesh.primitives import icosphere
 from geomhw.mesh.surface_points import default_source
 from geomhw.transport.vector_heat import VectorHeat, tangent_at
+from support.meshes import split_diagonals, zoo_mesh
+from support.program import files, run, save_off
 
 BALL = icosphere(1)
 #: Each flag, and the function of the library whose matrix it writes.
@@ -39,11 +39,6 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
     save_off(BALL)
     return tmp_path
-
-
-def files(folder: Path) -> list[str]:
-    """Names in the folder, hidden ones too."""
-    return sorted(path.name for path in folder.iterdir())
 
 
 # -- vecdiffuse --------------------------------------------------------------------------------------------------
@@ -184,43 +179,6 @@ def test_component_without_a_source() -> None:
     np.testing.assert_allclose(np.linalg.norm(written["transported"][~other], axis=1), 1, rtol=1e-12)
 
 
-NORMAL = [*map(repr, BALL.vertex_normals[4].tolist())]
-TWICE = ["--source", "4", "--source", "4"]
-
-
-@pytest.mark.parametrize(
-    ("arguments", "code", "words"),
-    [
-        ([*TWICE, "--vector", "1", "0", "0", "--vector", "0", "1", "0"], 1, "source 4 is given twice"),
-        (["--vector", "0", "0", "0"], 1, "zero"),
-        (["--vector", "nan", "0", "0"], 1, "not finite"),
-        (["--angle", "inf"], 1, "finite"),
-        (["--source", "4", "--vector", *NORMAL], 1, "normal to the surface"),
-        (["--dt", "0"], 1, "positive"),
-        (["--dt", "-1"], 1, "positive"),
-        (["--dt", "h2", "--dt", "soon"], 1, "'soon' is no time step"),
-        (["--source", "42"], 1, "source 42 is not a vertex"),
-        (["--connection", "levi-civita"], 2, "levi-civita"),
-        (["--seed", "-1"], 2, "--seed"),
-        (["--vector", "1", "0", "0", "--angle", "3"], 2, "exclude"),
-        (["--angle", "3", "--seed", "3"], 2, "exclude"),
-        (["--robust", "--connection", "intrinsic"], 2, "exclude"),
-        (["--source", "1", "--source", "2", "--source", "3", *["--vector", "1", "0", "0"] * 2], 2, "2 times for 3"),
-        (["-o", "ball.off"], 1, "'.off'"),
-    ],
-)
-def test_vecdiffuse_refusals(arguments: list[str], code: int, words: str, folder: Path) -> None:
-    """What cannot be transported is refused by a sentence (under the usage, if that is wrong); nothing is written."""
-    answer = run("vecdiffuse", "ball.off", *arguments)
-    assert answer.exit_code == code
-    assert answer.stdout == ""
-    *usage, sentence = answer.stderr.strip().splitlines()
-    assert words in sentence
-    assert len([line for line in usage if line and not line.startswith(("Usage", "Try"))]) == 0
-    assert (usage == []) == (code == 1)
-    assert files(folder) == ["ball.off"]
-
-
 def test_vecdiffuse_robust() -> None:
     """--robust takes a mesh with faces without area, which is refused otherwise, and says what it did."""
     save_off(split_diagonals(4), "flat.off")
@@ -268,23 +226,3 @@ def test_extension_in_capitals(file: str, folder: Path) -> None:
     found = sp.load_npz(file) if file.endswith("NPZ") else scipy.io.mmread(file)
     assert found.trace() == pytest.approx(BALL.face_areas.sum())
     assert files(folder) == [file, "ball.off"]
-
-
-@pytest.mark.parametrize(
-    ("arguments", "code", "words"),
-    [
-        (["-o", "a.npz"], 2, [f"--{name}" for name in OPERATORS]),
-        (["--mass", "--stiffness", "-o", "a.npz"], 2, ["one operator", "--stiffness, --mass."]),
-        (["--mass"], 2, ["--output"]),
-        (["--mass", "-o", "a.csv"], 1, ["'.csv'", ".npz .mtx"]),
-        (["--mass", "-o", "none/a.npz"], 1, ["no folder none"]),
-        (["--curl", "-o", "a.npz"], 2, ["No such option"]),
-    ],
-)
-def test_operators_refusals(arguments: list[str], code: int, words: list[str], folder: Path) -> None:
-    """No operator, two, no name, another format: told in the last line of stderr, and nothing is written."""
-    answer = run("operators", "ball.off", *arguments)
-    assert answer.exit_code == code
-    for word in words:
-        assert word in answer.stderr.strip().splitlines()[-1]
-    assert files(folder) == ["ball.off"]

@@ -11,7 +11,8 @@ from pathlib import Path
 from urllib.parse import unquote
 
 import pytest
-from test_render import needs_opengl
+
+from support.pictures import needs_opengl
 
 ROOT = Path(__file__).parents[2]
 STRIP = ROOT / "data" / "strip.off"

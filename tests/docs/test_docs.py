@@ -13,10 +13,10 @@ from urllib.parse import unquote
 
 import click
 import pytest
-from test_commands import run
-from test_render import needs_opengl
 
 from geomhw_cli.main import program
+from support.pictures import needs_opengl
+from support.program import run
 
 ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")

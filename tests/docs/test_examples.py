@@ -8,12 +8,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import needs_reference, reference
 from PIL import Image
-from test_render import needs_opengl
 
 from geomhw.io import read
 from geomhw_cli.main import program
+from support.pictures import needs_opengl
+from support.reference import needs_reference, reference
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 HANDOUT = EXAMPLES / "handout"

@@ -9,10 +9,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from test_commands import run
-from test_render import needs_opengl
 
 from geomhw.io.artifacts.table import read_csv, write_csv
+from support.pictures import needs_opengl
+from support.program import run
 
 ROOT = Path(__file__).parents[2]
 EXAMPLE = ROOT / "examples" / "golden"

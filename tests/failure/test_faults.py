@@ -2,25 +2,22 @@
 
 import errno
 import os
-import resource
 import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
 import pytest
 from click.testing import Result as Answer
-from test_commands import run, save_off
-from test_render import needs_opengl
 
 from geomhw.io import read, replacing, write
 from geomhw.io.artifacts.series import read_series
 from geomhw.mesh.primitives import icosphere
 from geomhw.results import Field, Result
+from support.pictures import needs_opengl
+from support.program import contents, files_no_larger_than, run, save_off
 
 BALL = icosphere(1)
 LINUX = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="made of Linux's own tools")
@@ -41,11 +38,6 @@ COMMANDS = {
 DRAWS = ["geodesic", "mp4"]
 
 
-def contents(folder: Path) -> dict[str, bytes]:
-    """Every file of the folder, hidden ones too."""
-    return {path.name: path.read_bytes() for path in folder.iterdir()}
-
-
 @pytest.fixture(autouse=True)
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Each test works in a folder of its own, with a sphere, a field on it and two pictures."""
@@ -58,17 +50,6 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     Image.fromarray(noise).save("one.png")
     Image.fromarray(noise[::-1]).save("other.png")
     return tmp_path
-
-
-@contextmanager
-def files_no_larger_than(size: int) -> Iterator[None]:
-    """Writing beyond so many bytes fails in the middle of a file, as on a full disk."""
-    former = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (size, former[1]))
-    try:
-        yield
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, former)
 
 
 def trouble(command: str) -> int:

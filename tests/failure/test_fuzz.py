@@ -11,9 +11,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from fuzz.mutations import mutated
 from fuzz.targets import TARGETS, feed
-
 from geomhw.errors import FormatError
 from geomhw.io import read
 from geomhw.io.artifacts.matrix import read_arrays

@@ -1,6 +1,6 @@
 """Hostile meshes through every command: what is defined is computed, what is not is named.
 
-The table of meshes is in hostile.py, that of files in test_hostile_files.py.
+The table of meshes is in support/hostile.py, that of files in test_hostile_files.py.
 """
 
 import json
@@ -8,14 +8,22 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import needs_reference, reference
-from hostile import BALL, HOSTILE
-from test_commands import in_empty_folder, run  # noqa: F401 - the fixture works on every test here
 
 from geomhw.geodesic.edge_paths import edge_path_distance
 from geomhw.io import read
 from geomhw.io.artifacts.table import read_csv
 from geomhw.mesh.triangle_mesh import TriangleMesh
+from support.hostile import HOSTILE, save, source_of
+from support.program import run
+from support.reference import needs_reference, reference
+
+
+@pytest.fixture(autouse=True)
+def in_empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Each test works in a folder of its own."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
 
 TURNING = ["advect", "m.off", "--field", "rigid:z", "--color", "x", "--dt", "0.05", "--steps", "2"]
 FLOWING = ["fluid", "m.off", "--init", "random:1", "--force", "none", "--dt", "0.01"]
@@ -139,14 +147,6 @@ LARGE = {
 }
 
 
-def save(vertices: np.ndarray, faces: np.ndarray) -> None:
-    """m.off, and wind.npy, a field of noise on its faces."""
-    lines = ["OFF", f"{len(vertices)} {len(faces)} 0", *(" ".join(map(repr, row)) for row in vertices.tolist())]
-    lines += ["3 " + " ".join(map(str, row)) for row in faces.tolist()]
-    Path("m.off").write_text("\n".join(lines) + "\n")
-    np.save("wind.npy", np.random.default_rng(0).normal(size=(len(faces), 3)))
-
-
 def holds(command: str, mesh: TriangleMesh, words: str) -> None:
     """What is true of the answer of a command on whatever mesh."""
     if command in DISTANCES:
@@ -187,11 +187,6 @@ def right_distances(mesh: TriangleMesh, command: str, words: str) -> None:
         assert (distance >= 0.5 * straight)[reached].all()
     if not plain:
         assert (distance >= straight * (1 - 1e-12))[reached].all()
-
-
-def source_of(words: str) -> int:
-    """The source that the report names."""
-    return int(next(line for line in words.splitlines() if line.startswith("source")).split()[1])
 
 
 def slimness(mesh: TriangleMesh) -> float:
@@ -277,78 +272,6 @@ def test_reference_meshes(name: str) -> None:
             holds(command, mesh, answer.stdout)
         else:
             assert words in answer.stderr
-
-
-#: Meshes that hold the ball of radius 1: its first vertex, its size, and how near its distances come.
-BALLS = {
-    **{
-        name: (0, 1.0, 1e-12) for name in HOSTILE if name.startswith(("doubled", "turned_s", "inside", "two_w", "nest"))
-    },
-    "same_place": (0, 1.0, 1e-12),
-    "loose_first": (1, 1.0, 1e-12),
-    "huge": (0, 1e29, 1e-12),
-    "tiny": (0, 1e-29, 1e-12),
-    "far": (0, 1.0, 1e-6),  # coordinates are known to 10⁻⁸
-    "mixed_scales": (162, 1e-6, 1e-7),
-}
-
-
-@pytest.mark.parametrize("name", BALLS)
-def test_ball_in_disguise(name: str) -> None:
-    """Turned or doubled faces, other components, other places, other units: the distances are those of the ball."""
-    first, scale, accuracy = BALLS[name]
-    for option in ("--refine", "--robust"):
-        save(*BALL)
-        run("geodesic", "m.off", "--source", "7", option, "-o", "ball.vtu")
-        save(*HOSTILE[name]())
-        run("geodesic", "m.off", "--source", str(first + 7), option, "-o", "out.vtu")
-        expected = np.asarray(read("ball.vtu")["distance"])
-        found = np.asarray(read("out.vtu")["distance"])[first : first + len(expected)]
-        np.testing.assert_allclose(found / scale, expected, rtol=accuracy)
-
-
-@pytest.mark.parametrize(
-    "name", [name for name in HOSTILE if name.startswith(("triangle", "two_t", "fan", "turned_g", "needle", "sheared"))]
-)
-def test_flat_and_convex(name: str) -> None:
-    """On a flat convex piece distances are straight, whatever its triangles; those without area are known to 1e-5 h."""
-    vertices, faces = HOSTILE[name]()
-    save(vertices, faces)
-    answer = run("geodesic", "m.off", "--robust", "-o", "out.vtu")
-    straight = np.linalg.norm(vertices - vertices[source_of(answer.stdout)], axis=1)
-    accuracy = 1e-9 if "lengths +" not in answer.stdout else 2e-5
-    np.testing.assert_allclose(read("out.vtu")["distance"], straight, rtol=0, atol=accuracy * straight.max())
-
-
-@pytest.mark.parametrize("name", ["book_3", "book_5"])
-def test_pages_of_a_book(name: str) -> None:
-    """From page to page the shortest path is straight once both are laid flat."""
-    vertices, faces = HOSTILE[name]()
-    save(vertices, faces)
-    answer = run("geodesic", "m.off", "--refine", "-o", "out.vtu")
-    source = source_of(answer.stdout)
-    x, z = np.hypot(vertices[:, 0], vertices[:, 1]), vertices[:, 2]
-    along = (vertices[:, :2] @ vertices[source, :2]) / np.maximum(x * x[source], 1e-300)
-    across = np.where(np.abs(along - 1) < 1e-9, x - x[source], x + x[source])
-    np.testing.assert_allclose(read("out.vtu")["distance"], np.hypot(across, z - z[source]), atol=1e-12)
-
-
-@pytest.mark.parametrize(
-    ("name", "share"), [("triangle", 0.5**0.5), ("two_triangles", 0.5**0.5), ("tetrahedron", 0.75**0.5)]
-)
-def test_coarsest(name: str, share: float) -> None:
-    """How much too short plain distances come out at worst, from vertex to vertex; refined ones are the edges."""
-    vertices, faces = HOSTILE[name]()
-    save(vertices, faces)
-    worst = 1.0
-    for source in range(len(vertices)):
-        run("geodesic", "m.off", "--source", str(source), "-o", "out.vtu")
-        run("geodesic", "m.off", "--source", str(source), "-o", "fine.vtu", "--refine")
-        exact = np.linalg.norm(vertices - vertices[source], axis=1)
-        np.testing.assert_allclose(read("fine.vtu")["distance"], exact, rtol=1e-12)
-        others = exact > 0
-        worst = min(worst, float((read("out.vtu")["distance"][others] / exact[others]).min()))
-    assert worst == pytest.approx(share, abs=1e-3)
 
 
 def test_wrong_distances_are_called_so() -> None:

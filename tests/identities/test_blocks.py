@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 import scipy.sparse as sp
-from conftest import ZOO, zoo_mesh
 
 from geomhw.errors import ConvergenceError
 from geomhw.mesh.primitives import grid, icosphere, strip
@@ -15,6 +14,7 @@ from geomhw.solvers.direct import DirectSolver
 from geomhw.solvers.dissection import Dissection
 from geomhw.solvers.fronts import BlockCholesky
 from geomhw.solvers.superlu import SuperLU
+from support.meshes import ZOO, zoo_mesh
 
 #: So many solutions that blocks are the cheapest at any size.
 MANY = Work(solves=10**6, at_once=64)

@@ -3,15 +3,12 @@
 import numpy as np
 import pytest
 import scipy.sparse as sp
-from conftest import ZOO, zoo_mesh
 
-from geomhw.errors import FieldError, MeshError
-from geomhw.mesh.primitives import grid, icosphere
 from geomhw.mesh.triangle_mesh import TriangleMesh
-from geomhw.mesh.vertex_angles import edge_directions
 from geomhw.operators.connection_laplacian import complex_connection_stiffness, connection_stiffness
 from geomhw.operators.laplacian import stiffness
-from geomhw.operators.parallel_transport import edge_rotations, edge_transport, from_complex, to_complex
+from geomhw.operators.parallel_transport import edge_rotations, from_complex, to_complex
+from support.meshes import ZOO, zoo_mesh
 
 DELAUNAY = ["triangle", "tetrahedron", "sphere", "torus", "grid", "strip", "annulus", "two_spheres"]
 
@@ -76,32 +73,6 @@ def test_complex_form_is_the_tangent_part(mesh: TriangleMesh) -> None:
     np.testing.assert_allclose(to_complex(mesh, V)[tangent_all], z[tangent_all], atol=1e-14)
 
 
-def test_intrinsic_directions_follow_the_edges() -> None:
-    """On a sphere the stretched angles are the directions of the projected edges, up to O(h²) of holonomy."""
-    mesh = icosphere(4)
-    low, high = edge_directions(mesh)
-    i, j = mesh.edges.T
-    for start, end, angle in ((i, j, low), (j, i, high)):
-        edge = mesh.vertices[end] - mesh.vertices[start]
-        z = np.einsum("ekx,ex->ke", mesh.tangent_frames[start], edge)
-        assert np.abs(np.angle((z[0] + 1j * z[1]) * np.exp(-1j * angle))).max() < 0.01
-
-
-def test_holonomy_is_curvature() -> None:
-    """Transport round a face of the unit sphere turns by the face's share of the curvature, 4π in all."""
-    mesh = icosphere(3)
-    table = mesh.edge_table
-    for connection in ("normals", "intrinsic"):
-        r = edge_transport(mesh, connection)
-        upward = mesh.faces < np.roll(mesh.faces, -1, axis=1)
-        edge = np.roll(table.of_faces, -2, axis=1)
-        # From corner k on to k+1: r brings from the higher vertex down, its conjugate from the lower up.
-        step = np.where(upward, r[edge].conj(), r[edge])
-        turned = np.angle(step.prod(axis=1))
-        assert turned.sum() == pytest.approx(4 * np.pi, rel=1e-9)
-        np.testing.assert_allclose(turned / mesh.face_areas, 4 * np.pi / mesh.face_areas.sum(), rtol=0.2)
-
-
 def test_opposite_normals_do_not_blow_up() -> None:
     """A rotation between opposite normals is a half turn about an axis across both."""
     mesh = _folded()
@@ -132,32 +103,6 @@ def _folded() -> TriangleMesh:
     normals = mesh.vertex_normals
     assert normals[0] @ normals[1] == pytest.approx(-1)
     return mesh
-
-
-def test_intrinsic_refuses_what_has_no_fans() -> None:
-    """Pinched vertices and disagreeing faces have no order round a vertex: the message names the other connection."""
-    pinched = TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0]], [[0, 1, 2], [0, 3, 4]])
-    two_tetrahedra = np.concatenate([zoo_mesh("tetrahedron").faces, zoo_mesh("tetrahedron").faces + 3])
-    points = np.concatenate([zoo_mesh("tetrahedron").vertices, [[-2, -2, 5], [3, -1, 4], [-3, 0, 6]]])
-    faces = zoo_mesh("sphere").faces.copy()
-    faces[3] = faces[3, ::-1]
-    turned = TriangleMesh(zoo_mesh("sphere").vertices, faces)
-    for mesh in (pinched, TriangleMesh(points, two_tetrahedra), turned):
-        with pytest.raises(MeshError, match="connection of normals"):
-            edge_directions(mesh)
-
-
-def test_no_normal_is_named() -> None:
-    """A vertex whose faces cancel has no tangent plane."""
-    mesh = TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0]], [[0, 1, 2], [0, 4, 3]])
-    with pytest.raises(MeshError, match="vertex 0 has no normal"):
-        edge_rotations(mesh)
-
-
-def test_unknown_connection() -> None:
-    """The message says which there are."""
-    with pytest.raises(FieldError, match="normals, intrinsic"):
-        edge_transport(grid(2, 2), "discrete")  # type: ignore[arg-type]
 
 
 def test_zoo_is_covered() -> None:

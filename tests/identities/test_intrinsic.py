@@ -5,12 +5,9 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 import scipy.sparse as sp
-from conftest import ZOO, book, needs_reference, reference, sheared, zoo_mesh
 from scipy.spatial import Delaunay
 
-from geomhw.errors import ConvergenceError, MeshError
 from geomhw.geodesic.edge_paths import edge_path_distance
-from geomhw.intrinsic import delaunay
 from geomhw.intrinsic.delaunay import DelaunayFlips
 from geomhw.intrinsic.intrinsic_mesh import IntrinsicMesh, mollified
 from geomhw.intrinsic.robust import RobustTriangulation
@@ -23,12 +20,8 @@ from geomhw.operators.divergence import divergence
 from geomhw.operators.gradient import gradient
 from geomhw.operators.laplacian import stiffness
 from geomhw.operators.mass import consistent_mass, lumped_mass
-
-
-def spiky() -> TriangleMesh:
-    """A sphere whose vertices stand out at random: its Delaunay triangulation has edges from a vertex to itself."""
-    ball = icosphere(3)
-    return TriangleMesh(ball.vertices * np.random.default_rng(0).uniform(1, 2, (ball.n_vertices, 1)), ball.faces)
+from support.meshes import ZOO, book, sheared, spiky, zoo_mesh
+from support.reference import needs_reference, reference
 
 
 def turned_over(mesh: TriangleMesh) -> TriangleMesh:
@@ -211,23 +204,10 @@ def test_mollification_is_the_least() -> None:
     assert mollified(good) == (good, 0.0)
 
 
-def test_a_single_point_is_refused() -> None:
-    """Where every length is zero there is nothing to add a share of."""
-    with pytest.raises(MeshError, match="one point"):
-        RobustTriangulation.of(TriangleMesh(np.ones((3, 3)), [[0, 1, 2]]))
-
-
 def test_heron_on_needles() -> None:
     """Areas of a right triangle and of one with a side a trillionth of the others, to rounding; open ones have none."""
     areas = heron_areas(np.array([[3.0, 4, 5], [1.0, 1.0, 1e-12], [1.0, 1.0, 3.0]]))
     np.testing.assert_allclose(areas, [6, 5e-13, 0], rtol=1e-15)
-
-
-def test_flips_that_do_not_end(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Out of rounds, an error names a vertex beside an edge that still changes."""
-    monkeypatch.setattr(delaunay, "MAX_ROUNDS", 2)
-    with pytest.raises(ConvergenceError, match=r"do not come to an end: .* beside vertex \d+; clean"):
-        RobustTriangulation.of(spiky())
 
 
 def test_flips_repeat() -> None:

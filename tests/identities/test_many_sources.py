@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from conftest import ZOO, needs_reference, reference, sheared, split_diagonals, two_spheres, zoo_mesh
 
 from geomhw.errors import FieldError
 from geomhw.geodesic.edge_path_bound import EdgePathBound
@@ -12,6 +11,8 @@ from geomhw.io import read_mesh
 from geomhw.mesh.primitives import grid, icosphere, strip, torus
 from geomhw.mesh.surface_points import SurfacePoints, concatenate, face_point, vertex_points
 from geomhw.mesh.triangle_mesh import TriangleMesh
+from support.meshes import ZOO, sheared, split_diagonals, two_spheres, zoo_mesh
+from support.reference import needs_reference, reference
 
 OPTIONS = {
     "plain": {},
@@ -103,15 +104,6 @@ def test_one_row_does_not_depend_on_the_others() -> None:
     rows = solver.rows(queries)
     np.testing.assert_array_equal(HeatDistance(mesh, "h2", queries=1000).rows(queries), rows)
     np.testing.assert_allclose(solver.rows(queries[3:5]), rows[3:5], rtol=0, atol=1e-13 * rows.max())
-
-
-def test_symmetry_is_that_of_the_mesh() -> None:
-    """Distances between the twelve corners of an icosphere: three different ones, in the numbers 1, 5, 5, 1."""
-    mesh = icosphere(4)
-    rows = HeatDistance(mesh, "h2", queries=12).rows([vertex_points(mesh, [v]) for v in range(12)])[:, :12]
-    np.testing.assert_allclose(np.sort(rows, axis=1), np.tile(np.sort(rows[0]), (12, 1)), rtol=1e-12, atol=1e-12)
-    np.testing.assert_allclose(np.diff(np.sort(rows[0]))[[1, 2, 3, 4, 6, 7, 8, 9]], 0, atol=1e-12)
-    np.testing.assert_allclose(rows.max(), np.pi, rtol=0.02)
 
 
 @needs_reference

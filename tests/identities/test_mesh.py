@@ -2,16 +2,15 @@
 
 import numpy as np
 import pytest
-from conftest import CLOSED, zoo_mesh
 
 from geomhw.arrays import pieces, scatter_add
-from geomhw.errors import MeshError
 from geomhw.geodesic.heat_method import HeatDistance
 from geomhw.mesh.geometry import corner_sum
-from geomhw.mesh.primitives import grid, icosphere
+from geomhw.mesh.primitives import icosphere
 from geomhw.mesh.rings import OneRings
 from geomhw.mesh.topology import unique_edges
 from geomhw.mesh.triangle_mesh import TriangleMesh
+from support.meshes import CLOSED, zoo_mesh
 
 BALL = icosphere(2)
 
@@ -177,17 +176,6 @@ def test_flipped_face_is_orientable_but_not_oriented() -> None:
     assert mesh.genus == 0
 
 
-def test_arrays_are_read_only_and_own() -> None:
-    """Neither the mesh nor the caller can change the other's arrays."""
-    vertices = np.eye(3)
-    mesh = TriangleMesh(vertices, [[0, 1, 2]])
-    vertices[0] = 7
-    assert mesh.vertices[0, 0] == 1
-    for array in (mesh.vertices, mesh.faces, mesh.face_areas, mesh.edges, mesh.vertex_normals, mesh.tangent_frames):
-        with pytest.raises(ValueError, match="read-only"):
-            array[0] = 0
-
-
 @pytest.mark.parametrize("factor", [1e-6, 1e6])
 def test_degeneracy_is_scale_free(factor: float) -> None:
     """A sliver with a height of 1e-9 of its length has area at any scale; a zero-area face has none."""
@@ -198,38 +186,6 @@ def test_degeneracy_is_scale_free(factor: float) -> None:
     rounded = TriangleMesh((np.outer([0, 1, 0.3], [0.3, 0.7, 0.1]) + 0.1) * factor, [[0, 1, 2]])
     assert rounded.face_areas[0] > 0
     assert rounded.degenerate_faces.tolist() == [0]
-
-
-@pytest.mark.parametrize(
-    ("vertices", "faces", "words"),
-    [
-        (np.zeros((3, 2)), [[0, 1, 2]], r"\(n, 3\)"),
-        (np.eye(3), np.empty((0, 3), dtype=int), "no faces"),
-        (np.eye(3), [[0, 1, 2, 2]], r"\(m, 3\)"),
-        (np.eye(3), [[0.0, 1.0, 2.0]], "integers"),
-        ([[0, 0, 0], [np.nan, 0, 0], [0, 1, 0]], [[0, 1, 2]], "vertex 1 .*finite"),
-        ([[0, 0, 0], [np.inf, 0, 0], [0, 1, 0]], [[0, 1, 2]], "vertex 1 .*finite"),
-        (np.eye(3), [[0, 1, 3]], "face 0 .* from 0 to 2"),
-        (np.eye(3), [[0, 1, -1]], "face 0"),
-        (np.eye(3), [[0, 1, 2], [0, 1, 1]], "face 1 names a vertex twice"),
-    ],
-)
-def test_refusals(vertices: object, faces: object, words: str) -> None:
-    """Each kind of bad array has its own sentence."""
-    with pytest.raises(MeshError, match=words):
-        TriangleMesh(vertices, faces)  # type: ignore[arg-type]
-
-
-def test_zero_area_is_named() -> None:
-    """Operators refuse a face without area by its number."""
-    square = grid(2, 2)
-    vertices = square.vertices.copy()
-    face = square.faces[3]
-    vertices[face[2]] = (vertices[face[0]] + vertices[face[1]]) / 2
-    mesh = TriangleMesh(vertices, square.faces)
-    assert mesh.degenerate_faces.size
-    with pytest.raises(MeshError, match=f"face {mesh.degenerate_faces[0]} .*zero area"):
-        mesh.require_area()
 
 
 def test_one_rings(mesh: TriangleMesh) -> None:

@@ -1,17 +1,14 @@
 """Solvers that factor nothing: the same answers as a factorization, or a refusal."""
 
-import subprocess
-import sys
 from itertools import pairwise
 
 import numpy as np
 import pytest
 import scipy.sparse as sp
-from conftest import ZOO, needs_reference, reference, zoo_mesh
 from hypothesis import given
 from hypothesis import strategies as st
 
-from geomhw.errors import ConvergenceError, FieldError
+from geomhw.errors import ConvergenceError
 from geomhw.geodesic.edge_paths import edge_path_distance
 from geomhw.geodesic.heat_method import HeatDistance
 from geomhw.geodesic.heat_step import HeatStep
@@ -36,6 +33,8 @@ from geomhw.solvers.multigrid import MultigridSolver
 from geomhw.solvers.nullspace import balanced, free_unknowns
 from geomhw.solvers.permutation import permuted
 from geomhw.transport.vector_heat import VectorHeat
+from support.meshes import ZOO, zoo_mesh
+from support.reference import needs_reference, reference
 
 
 @pytest.mark.parametrize("name", [*sorted(ZOO), "large", "long"])
@@ -98,35 +97,6 @@ def test_set_up_while_something_else_goes_on(monkeypatch: pytest.MonkeyPatch) ->
     with pytest.raises(ConvergenceError, match="no"):
         asked(b)
     np.testing.assert_allclose(left_open(b), expected, rtol=0, atol=1e-7 * np.abs(expected).max())
-
-
-def test_no_imports_in_the_background() -> None:
-    """What multigrid needs is loaded before it is set up in another thread, for this one is about to load it, too."""
-    program = """
-import sys
-import numpy as np
-import scipy.sparse as sp
-from geomhw.solvers import auto
-
-before = set(sys.modules)
-loaded = []
-make = auto.MultigridSolver
-
-def recording(*arguments):
-    loaded.append(set(sys.modules))
-    made = make(*arguments)
-    loaded.append(set(sys.modules))
-    return made
-
-auto.MultigridSolver = recording
-chain = sp.csr_array(sp.diags_array([-1.0, 2.5, -1.0], offsets=[-1, 0, 1], shape=(500, 500)))
-solver = auto.LaplaceSolver(chain, np.ones(500, dtype=bool), "multigrid")
-solver.begin()
-np.testing.assert_allclose(chain @ solver(np.ones(500)), 1, rtol=1e-6)
-assert "pyamg.aggregation" not in before
-assert loaded[0] == loaded[1], loaded[1] - loaded[0]
-"""
-    subprocess.run([sys.executable, "-c", program], check=True)
 
 
 def test_unknowns_without_neighbors() -> None:
@@ -194,35 +164,6 @@ def test_relaxation_by_the_share_of_mass() -> None:
     assert over_relaxation(0.2 * diagonal, diagonal) == pytest.approx(1.25, rel=1e-14)
     assert over_relaxation(1e-9 * diagonal, diagonal) == MOST_RELAXED
     assert over_relaxation(np.array([0.2, 0.2, 0.4, 0.6, 0.7, 0.7, 0.8, 0.9]), np.ones(8)) < 1.25
-
-
-def test_what_does_not_converge_says_so() -> None:
-    """Heat over a long time is no matter for sweeps, an indefinite matrix none for conjugate gradients."""
-    mesh = grid(40, 40)
-    flow = HeatStep(mesh, "1000*h2")
-    impulse = np.zeros(mesh.n_vertices)
-    impulse[0] = 1
-    travel = edge_path_distance(mesh, np.array([0])) / np.sqrt(flow.time.t)
-    with pytest.raises(ConvergenceError, match="--solver direct"):
-        solve_by_sweeps(flow.matrix, impulse, travel, flow.relaxation)
-    indefinite = sp.csr_array(sp.diags_array(np.resize([1.0, -1.0], 50)))
-    every = np.ones(50, dtype=bool)
-    with pytest.raises(ConvergenceError, match="--solver direct"):
-        MultigridSolver(indefinite)(np.ones(50))
-    with pytest.raises(ConvergenceError, match="--solver direct"):
-        LaplaceSolver(indefinite, every, "multigrid")(np.ones(50))
-
-
-def test_auto_falls_back(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Where multigrid does not converge, auto takes the factorization; small systems it factors at once."""
-    monkeypatch.setattr("geomhw.solvers.auto.LARGE", 40)
-    indefinite = sp.csr_array(sp.diags_array(np.resize([1.0, -1.0], 50)))
-    every = np.ones(50, dtype=bool)
-    np.testing.assert_allclose(LaplaceSolver(indefinite, every)(np.ones(50)), np.resize([1.0, -1.0], 50))
-    monkeypatch.setattr("geomhw.solvers.auto.LARGE", 60)
-    np.testing.assert_allclose(LaplaceSolver(indefinite, every)(np.ones(50)), np.resize([1.0, -1.0], 50))
-    with pytest.raises(FieldError, match="auto, multigrid, direct"):
-        LaplaceSolver(indefinite, every, "best")  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("name", sorted(ZOO))
@@ -349,15 +290,3 @@ def test_order_of_arrival(values: list[float]) -> None:
     np.testing.assert_array_equal(_order(array), np.argsort(array, kind="stable"))
     near = np.random.default_rng(0).permutation(np.arange(2**30 - 2**17, 2**30 + 2**17, 97, dtype=np.uint32))
     np.testing.assert_array_equal(_order(near.view(np.float32)), np.argsort(near, kind="stable"))
-
-
-def test_what_is_no_solution_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Whatever the sweeps say, the equations have the last word."""
-    monkeypatch.setattr("geomhw.solvers.heat_sweeps.MAX_ROUNDS", 1)
-    mesh = grid(30, 30)
-    flow = HeatStep(mesh, "h2", solver="direct")
-    impulse = np.bincount([0], minlength=mesh.n_vertices).astype(float)
-    monkeypatch.setattr("geomhw.solvers.heat_sweeps.TOLERANCE", 1e-2)
-    travel = edge_path_distance(mesh, np.array([0])) / np.sqrt(flow.time.t)
-    with pytest.raises(ConvergenceError, match="--solver direct"):
-        solve_by_sweeps(flow.matrix, impulse, travel, flow.relaxation)

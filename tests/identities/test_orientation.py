@@ -3,8 +3,6 @@
 import numpy as np
 import pytest
 import scipy.sparse as sp
-from conftest import book, zoo_mesh
-from hostile import HOSTILE, doubled, hourglass, turned
 from scipy.sparse.linalg import spsolve
 
 from geomhw.errors import MeshError
@@ -20,10 +18,8 @@ from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.operators.connection_laplacian import complex_connection_stiffness, connection_stiffness
 from geomhw.operators.mass import lumped_mass
 from geomhw.transport.vector_heat import VectorHeat
-
-
-def hostile(name: str) -> TriangleMesh:
-    return TriangleMesh(*HOSTILE[name]())
+from support.hostile import HOSTILE, doubled, hostile, hourglass, turned
+from support.meshes import book, zoo_mesh
 
 
 @pytest.fixture(params=["crumpled_sphere", "crumpled_torus", "grid", "two_spheres"])
@@ -180,18 +176,3 @@ def test_mollified_by_component() -> None:
         here = mesh.edges[:, 0] < 5
         np.testing.assert_allclose(grown.lengths[here], mesh.edge_lengths[here] + growth)
         np.testing.assert_array_equal(grown.lengths[~here], mesh.edge_lengths[~here])
-
-
-@pytest.mark.parametrize(
-    ("name", "words"),
-    [
-        ("moebius", "a flow needs an oriented manifold, but this surface is one-sided"),
-        ("turned_grid", r"the two faces at edge 0-10 \(88 such edges\) disagree"),
-        ("book_3", r"but 3 faces meet at edge 0-7 \(6 such edges\)$"),
-        ("doubled", r"but 3 faces meet at edge 0-42 \(67 such edges\); face 320 is a copy of face 5"),
-    ],
-)
-def test_what_is_not_oriented_is_named(name: str, words: str) -> None:
-    """Which edge, how many, and why."""
-    with pytest.raises(MeshError, match=words):
-        hostile(name).require_oriented("a flow")

@@ -1,15 +1,10 @@
 """Meshes made from scratch: counts, topology, orientation, shape, and the files in data/ made from them."""
 
-import importlib.util
-import shutil
-from pathlib import Path
-
 import numpy as np
 import pytest
 
-from geomhw.errors import MeshError
 from geomhw.mesh import primitives
-from geomhw.mesh.triangle_mesh import TriangleMesh
+from support.meshes import volume
 
 CLOSED = {
     "icosahedron": (primitives.icosphere(0), 0),
@@ -21,13 +16,6 @@ CLOSED = {
         0,
     ),
 }
-#: The volume that each approaches, from inside.
-VOLUMES = {"icosphere": 8 * 4 / 3 * np.pi, "torus": 2 * np.pi**2 * 0.4**2, "contoured ball": 4 / 3 * np.pi}
-
-
-def volume(mesh: TriangleMesh) -> float:
-    """Enclosed volume by the divergence theorem; positive where faces look outward."""
-    return float(np.einsum("f,fx,fx->", mesh.face_areas, mesh.face_normals, mesh.face_centers)) / 3
 
 
 def double_torus(p: np.ndarray) -> np.ndarray:
@@ -44,11 +32,6 @@ def test_closed_surface(name):
     assert mesh.is_oriented
     assert (mesh.euler_characteristic, mesh.genus) == (2 - 2 * genus, genus)
     assert volume(mesh) > 0
-
-
-@pytest.mark.parametrize("name", VOLUMES)
-def test_volume(name):
-    assert volume(CLOSED[name][0]) == pytest.approx(VOLUMES[name], rel=0.03)
 
 
 @pytest.mark.parametrize("name", CLOSED)
@@ -116,63 +99,3 @@ def test_implicit_surface_is_independent_of_scale():
 
     np.testing.assert_array_equal(ball(1.0).faces, ball(1e-6).faces)
     np.testing.assert_allclose(ball(1.0).vertices, ball(1e-6).vertices * 1e6, atol=1e-9)
-
-
-def test_implicit_surface_refuses():
-    def ball(x, y, z):
-        return x**2 + y**2 + z**2 - 1
-
-    with pytest.raises(MeshError, match="leaves the box"):
-        primitives.implicit_surface(ball, [-0.5] * 3, [1.5] * 3, 8)
-    with pytest.raises(MeshError, match="nowhere negative"):
-        primitives.implicit_surface(ball, [2.0] * 3, [3.0] * 3, 8)
-    with pytest.raises(MeshError, match="too coarse"):  # two balls a cell apart touch along an edge
-        primitives.implicit_surface(
-            lambda x, y, z: np.minimum(ball(x - 1.03, y - 1.03, z), ball(x + 0.03, y + 0.03, z)) - 0.45,
-            [-2.5] * 3,
-            [3.5] * 3,
-            9,
-        )
-
-
-# -- the files in data/ ------------------------------------------------------------------------------------------
-
-DATA = Path(__file__).parents[2] / "data"
-
-
-@pytest.fixture(scope="module")
-def generator():
-    """data/generate.py, which is a script and no module of a package."""
-    spec = importlib.util.spec_from_file_location("generate", DATA / "generate.py")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-def test_data_is_what_the_generator_makes(generator):
-    assert generator.check() == []
-
-
-def test_data_check_notices_a_change(generator, tmp_path):
-    """A coordinate off by 1e-8, and a file whose hash is not in the table."""
-    shutil.copytree(DATA, tmp_path, dirs_exist_ok=True)
-    file = tmp_path / "strip.off"
-    file.write_text(file.read_text().replace("\n1 0 0\n", "\n1 0.00000001 0\n", 1))
-    assert generator.check(tmp_path) == [
-        "strip.off: its sha256 is not in README.md",
-        "strip.off: differs from what generate.py makes",
-    ]
-
-
-def test_creature(generator):
-    """Closed, in one piece, without handles, left like right, feet down; triangles are good and Delaunay."""
-    mesh = generator.creature()
-    assert 1300 <= mesh.n_vertices <= 1700
-    assert (mesh.is_closed, mesh.is_oriented, mesh.n_components, mesh.genus) == (True, True, 1, 0)
-    assert volume(mesh) > 0
-    assert np.degrees(mesh.angles.min()) > 15
-    assert mesh.edge_cotan_weights.min() > -1e-9
-    mirrored = mesh.vertices * [1, 1, -1]
-    gaps = np.linalg.norm(mesh.vertices[:, None] - mirrored, axis=2).min(axis=1)
-    assert gaps.max() < 1e-9
-    assert abs(mesh.vertices[:, 1].min()) < 0.02

@@ -1,16 +1,12 @@
 """Identities and invariances on meshes and fields that hypothesis makes up; what is written comes back."""
 
 from collections.abc import Sequence
-from pathlib import Path
 
 import numpy as np
 import pytest
 import scipy.sparse as sp
-from conftest import ZOO, annulus
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from hypothesis.extra import numpy as arrays
-from test_commands import save_off
 
 from geomhw.flow.helmholtz import HelmholtzDecomposition
 from geomhw.flow.initial_fields import random_field
@@ -18,11 +14,6 @@ from geomhw.flow.tangent_fields import energy
 from geomhw.fluid.conservative import ConservativeScheme
 from geomhw.fluid.run import Plan, run
 from geomhw.geodesic.heat_method import heat_distance
-from geomhw.io import read, read_mesh, write
-from geomhw.io.artifacts.checkpoint import read_checkpoint, write_checkpoint
-from geomhw.io.artifacts.matrix import UNNAMED, read_arrays, write_matrix
-from geomhw.io.artifacts.series import SeriesWriter, read_series
-from geomhw.io.artifacts.table import read_csv, write_csv
 from geomhw.mesh.primitives import grid, icosphere, strip, torus
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.operators.connection_laplacian import connection_stiffness
@@ -30,9 +21,8 @@ from geomhw.operators.divergence import divergence
 from geomhw.operators.gradient import gradient
 from geomhw.operators.laplacian import stiffness
 from geomhw.operators.mass import lumped_mass
-from geomhw.options import Location
-from geomhw.results import Field, Result
 from geomhw.transport.vector_heat import VectorHeat, random_tangent
+from support.meshes import ZOO, annulus
 
 seeds = st.integers(0, 2**32 - 1)
 BASES = [ZOO["tetrahedron"](), icosphere(1), torus(7, 5), grid(4, 3), strip(5), annulus()]
@@ -129,117 +119,3 @@ def test_flow_keeps_energy(mesh: TriangleMesh, seed: int) -> None:
     assume(before > 0)
     end = [moment.state for moment in run(scheme, start, Plan(cfl=0.05, steps=10, every=10), None)][-1]
     assert energy(mesh, scheme.velocity(end)) == pytest.approx(before, rel=1e-9)
-
-
-# -- files ------------------------------------------------------------------------------------------------------------
-
-TYPES = ["<f8", "<f4", "i1", "u1", "<i2", "<u2", "<i4", "<u4", "<i8", "<u8"]
-coordinates = st.floats(allow_nan=False, allow_infinity=False)
-names = st.text(st.characters(blacklist_categories=("Cs", "Cc", "Zl", "Zp")), min_size=1, max_size=9)
-
-
-@st.composite
-def results(draw: st.DrawFn, types: Sequence[str] = TYPES, texts: st.SearchStrategy[str] = names) -> Result:
-    """Any faces over any finite points, with arrays of any type, one to four components wide, on all places."""
-    n = draw(st.integers(3, 9))
-    points = draw(arrays.arrays(np.float64, (n, 3), elements=coordinates))
-    corners = st.lists(st.integers(0, n - 1), min_size=3, max_size=3, unique=True)
-    mesh = TriangleMesh(points, draw(st.lists(corners, min_size=1, max_size=7)))
-    fields = []
-    places: list[tuple[Location, int]] = [("vertex", n), ("face", mesh.n_faces), ("mesh", draw(st.integers(1, 4)))]
-    for place, rows in places:
-        for name in draw(st.lists(texts, max_size=3, unique_by=str.strip)):
-            width = draw(st.sampled_from([None, 2, 3, 4]))
-            kind = draw(st.sampled_from(types))
-            values = draw(arrays.arrays(kind, (rows,) if width is None else (rows, width)))
-            fields.append(Field(name, place, values))
-    return Result(mesh, fields)
-
-
-def assert_same(found: Result, made: Result) -> None:
-    """To the last bit of every number, NaN with NaN; single precision is read as double."""
-    assert found.mesh.vertices.tobytes() == made.mesh.vertices.tobytes()
-    np.testing.assert_array_equal(found.mesh.faces, made.mesh.faces)
-    there = {(field.name, field.location): np.asarray(field.values) for field in found.fields}
-    assert there.keys() == {(field.name, field.location) for field in made.fields}
-    for field in made.fields:
-        np.testing.assert_array_equal(there[field.name, field.location], field.values)
-
-
-@pytest.mark.parametrize("extension", ["vtk", "vtp", "vtu"])
-@given(results())
-def test_vtk_files(tmp_path_factory: pytest.TempPathFactory, extension: str, made: Result) -> None:
-    """All that was written is read."""
-    path = tmp_path_factory.mktemp("files") / f"a.{extension}"
-    write(made, path)
-    assert_same(read(path), made)
-
-
-@given(results(["<f8", "i1", "u1", "<i2", "<u2", "<i4", "<u4"], st.text("abcdefgh", min_size=1, max_size=5)))
-def test_ply_files(tmp_path_factory: pytest.TempPathFactory, made: Result) -> None:
-    """All but the arrays of the whole mesh; vectors of two and four components become scalars."""
-    path = tmp_path_factory.mktemp("files") / "a.ply"
-    kept = [field for field in made.fields if field.location != "mesh" and np.shape(field.values)[1:] in ((), (3,))]
-    made = Result(made.mesh, kept)
-    write(made, path)
-    assert_same(read(path), made)
-
-
-@given(results())
-def test_text_files(tmp_path_factory: pytest.TempPathFactory, made: Result) -> None:
-    """Coordinates with the shortest digits that read back as the same number."""
-    folder = tmp_path_factory.mktemp("files")
-    mesh = made.mesh
-    rows = [f"v {x!r} {y!r} {z!r}\n" for x, y, z in mesh.vertices.tolist()]
-    rows += [f"f {a + 1} {b + 1} {c + 1}\n" for a, b, c in mesh.faces.tolist()]
-    (folder / "a.obj").write_text("".join(rows))
-    save_off(mesh, str(folder / "a.off"))
-    for name in ("a.obj", "a.off"):
-        assert_same(Result(read_mesh(folder / name)), Result(mesh))
-
-
-numbers = st.one_of(st.floats(), st.integers(-(10**17), 10**17))
-
-
-@given(st.lists(st.tuples(numbers, numbers), min_size=1, max_size=9))
-def test_tables(tmp_path_factory: pytest.TempPathFactory, rows: list[tuple[float, float]]) -> None:
-    """Every number, whole or not, NaN and infinities."""
-    path = tmp_path_factory.mktemp("files") / "a.csv"
-    write_csv(path, [{"a": a, "b, c": b} for a, b in rows])
-    found = read_csv(path)
-    for name, column in zip(("a", "b, c"), zip(*rows, strict=True), strict=True):
-        np.testing.assert_array_equal(found[name], np.array(column))
-
-
-@pytest.mark.parametrize("extension", ["npz", "mtx"])
-@given(arrays.arrays(np.float64, st.tuples(st.integers(1, 6), st.integers(1, 6)), elements=coordinates))
-def test_matrices(tmp_path_factory: pytest.TempPathFactory, extension: str, dense: np.ndarray) -> None:
-    """Every entry that is not zero, to the last bit."""
-    path = tmp_path_factory.mktemp("files") / f"a.{extension}"
-    write_matrix(path, sp.csr_array(dense))
-    np.testing.assert_array_equal(read_arrays(path)[UNNAMED].toarray(), dense)
-
-
-@given(
-    arrays.arrays(st.sampled_from(TYPES), arrays.array_shapes(max_dims=3, max_side=4)), st.dictionaries(names, numbers)
-)
-def test_states(tmp_path_factory: pytest.TempPathFactory, values: np.ndarray, description: dict[str, float]) -> None:
-    """Arrays and description."""
-    path = tmp_path_factory.mktemp("files") / "a.npz"
-    write_checkpoint(path, description, {"values": values})
-    told, found = read_checkpoint(path)
-    assert found["values"].dtype == values.dtype
-    np.testing.assert_array_equal(found["values"], values)
-    np.testing.assert_equal(told, description)
-
-
-@given(names.filter(lambda name: "/" not in name and name.strip(" .")), st.lists(coordinates, min_size=1, max_size=4))
-def test_series(tmp_path_factory: pytest.TempPathFactory, name: str, times: list[float]) -> None:
-    """Times to the last bit, and files of any name."""
-    path = tmp_path_factory.mktemp("files") / f"{name}.pvd"
-    writer = SeriesWriter(path)
-    for time in times:
-        writer.add(time, Result(BASES[0]))
-    frames = read_series(path)
-    assert [frame.time for frame in frames] == times
-    assert all((Path(path.parent) / frame.file).exists() for frame in frames)

@@ -1,44 +1,13 @@
 """OFF files: every dialect that is read gives the same square; everything else says what is wrong and where."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
-from conftest import needs_reference, reference
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from geomhw.errors import FormatError
 from geomhw.io import read, read_mesh
-
-SQUARE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0.5]])
-BODY = "0 0 0\n1 0 0\n1 1 0\n0 1 5e-1\n3 0 1 2\n3 0 2 3\n"
-
-SAME = {
-    "plain": "OFF\n4 2 0\n" + BODY,
-    "no keyword": "4 2 0\n" + BODY,
-    "lower case": "off\n4 2 0\n" + BODY,
-    "counts behind the keyword": "OFF 4 2 0\n" + BODY,
-    "counts glued to the keyword": "OFF4 2 0\n" + BODY,
-    "two counts": "OFF\n4 2\n" + BODY,
-    "comments and blank lines": "# a\nOFF # b\n\n4 2 0#c # d\n\n" + BODY.replace("\n", " # 7 8 9\n\n") + "# end",
-    "carriage returns": ("OFF\n4 2 0\n" + BODY).replace("\n", "\r\n"),
-    "old Macintosh": ("OFF\n4 2 0\n" + BODY).replace("\n", "\r"),
-    "byte-order mark": "\ufeffOFF\n4 2 0\n" + BODY,
-    "tabs and indents": ("OFF\n4 2 0\n" + BODY).replace(" ", "\t  ").replace("\n", "\n\t"),
-    "no last newline": ("OFF\n4 2 0\n" + BODY).rstrip(),
-    "colors on vertices": "COFF\n4 2 0\n" + BODY.replace("0\n1", "0 255 0 0 255\n1", 1),
-    "extra numbers under OFF": "OFF\n4 2 0\n0 0 0 .1 .2\n1 0 0 9\n" + BODY[12:],
-    "normals and texture": "STCNOFF\n4 2 0\n0 0 0 0 0 1 1 1 1 1 .5 .5\n" + BODY[6:],
-    "colors on faces": "OFF\n4 2 0\n" + BODY.replace("3 0 1 2", "3 0 1 2 0.25 0.5 0.75"),
-    "quad": "OFF\n4 1 0\n" + BODY[: BODY.index("3 0 1 2")] + "4 0 1 2 3\n",
-}
-
-
-def load(tmp_path: Path, text: str, name: str = "moo.off") -> Path:
-    path = tmp_path / name
-    path.write_bytes(text.encode())
-    return path
+from support.off_files import SAME, SQUARE, load
+from support.reference import needs_reference, reference
 
 
 @pytest.mark.parametrize("dialect", SAME)
@@ -64,53 +33,6 @@ def test_coordinates_come_back_to_the_bit(tmp_path_factory, points):
     rows = "".join(f"{x!r} {y!r} {z!r}\n" for x, y, z in points)
     path = load(tmp_path_factory.mktemp("off"), f"OFF\n{len(points)} 1 0\n{rows}3 0 1 2\n")
     assert read_mesh(path).vertices.tobytes() == np.array(points).tobytes()
-
-
-VERTICES = "0 0 0\n1 0 0\n0 1 0\n"
-WRONG = {
-    "": ["empty"],
-    " \n# nothing\n": ["nothing but blank lines"],
-    "PLY\n3 1 0\n": ["line 1", "'PLY'"],
-    "4OFF\n3 1 0\n": ["line 1", "4OFF", "dimension"],
-    "nOFF\n3\n3 1 0\n": ["line 1", "nOFF", "dimension"],
-    "OFF BINARY\n3 1 0\n": ["line 1", "binary"],
-    "OFF\n": ["ends after its header"],
-    "OFF\n3\n" + VERTICES: ["line 2", "numbers of vertices", "'3'"],
-    "OFF\n3 1.5 0\n" + VERTICES: ["line 2", "3 1.5 0"],
-    "OFF\n3 one 0\n" + VERTICES: ["line 2", "3 one 0"],
-    "OFF\n3 -1 0\n" + VERTICES: ["line 2", "negative"],
-    "OFF\n0 0 0\n": ["line 2", "0 vertices and 0 faces"],
-    "OFF\n5 1 0\n" + VERTICES: ["ends after 3 of 5 vertices"],
-    "OFF\n3 4 0\n" + VERTICES + "3 0 1 2\n": ["ends after 1 of 4 faces"],
-    "OFF\n999999999999999 4 0\n" + VERTICES: ["ends after 3 of 999999999999999 vertices"],
-    "OFF\n\n3 1 0\n" + VERTICES + "3 0 1 2\n\n3 0 2 1\n": ["line 9", "goes on", "3 vertices"],
-    "OFF\n3 1 0\r\n0 0 0\r\n1 abc 0\r\n0 1 0\r\n3 0 1 2\r\n": ["line 4", "'abc' is not a number"],
-    "OFF\n3 1 0\n0 0 0 # fine\n1 1_0 0\n0 1 0\n3 0 1 2\n": ["line 4", "'1_0' is not a number"],
-    "OFF\n3 1 0\n0 0 0\n1 2-3 0\n0 1 0\n3 0 1 2\n": ["line 4", "'2-3' is not a number"],
-    "OFF\n3 1 0\n0 0 0\n1 0\n0 1 0\n3 0 1 2\n": ["line 4", "3 coordinates, not 2"],
-    "OFF\n3 1 0\n0 0 0\n1 nan 0\n0 1 0\n3 0 1 2\n": ["line 4", "not a finite number", "nan"],
-    "OFF\n3 1 0\n0 0 0\n1 1e999 0\n0 1 0\n3 0 1 2\n": ["line 4", "not a finite number", "inf"],
-    "OFF\n3 1 0\n" + VERTICES + "3 0 1 99\n": ["line 6", "vertex 99", "there are 3 (0 to 2)"],
-    "OFF\n3 1 0\n" + VERTICES + "3 0 1 -1\n": ["line 6", "vertex -1", "there are 3"],
-    "OFF\n3 1 0\n" + VERTICES + "3 0 1 - 2\n": ["line 6", "'-' is not a number"],
-    "OFF\n3 1 0\n" + VERTICES + "3 0-1 - 2\n": ["line 6", "'0-1' is not a number"],
-    "OFF\n3 1 0\n" + VERTICES + "3 0 1 1\n": ["line 6", "vertex 1 twice"],
-    "OFF\n3 1 0\n" + VERTICES + "4 0 1 2 1\n": ["line 6", "vertex 1 twice"],
-    "OFF\n3 1 0\n" + VERTICES + "2 0 1\n": ["line 6", "at least 3 corners, not 2"],
-    "OFF\n3 1 0\n" + VERTICES + "3 0 1\n": ["line 6", "says 3 corners, but 2 follow"],
-    "OFF\n3 1 0\n" + VERTICES + "9223372036854775807 0 1 2\n": ["line 6", "but 3 follow"],
-    "OFF\n3 1 0\n" + VERTICES + "3 0 1 1.5\n": ["line 6", "'1.5' is not a whole number"],
-    "OFF\n3 1 0\n" + VERTICES + "3 0 1 x\n": ["line 6", "'x' is not a number"],
-    "OFF\n3 1 0\n0 0 \0 0\n": ["zero byte"],
-}
-
-
-@pytest.mark.parametrize("text", WRONG)
-def test_what_is_wrong_is_named_with_its_line(tmp_path, text):
-    with pytest.raises(FormatError) as caught:
-        read(load(tmp_path, text))
-    for part in ["moo.off", *WRONG[text]]:
-        assert part in str(caught.value)
 
 
 @needs_reference

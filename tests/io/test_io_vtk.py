@@ -9,28 +9,10 @@ import pyvista
 from vtkmodules.vtkIOLegacy import vtkPolyDataWriter, vtkUnstructuredGridWriter
 from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter, vtkXMLUnstructuredGridWriter
 
-from geomhw.errors import FieldError, FormatError
 from geomhw.io import read, write
-from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.results import Field, Result
+from support.vtk_files import BY_HAND, MESH, RESULT, as_vtk
 
-MESH = TriangleMesh(
-    [[0, 0, 0], [1, 0, 0], [1 / 3, 1, 0], [0.1, 0.2, np.pi]], [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]
-)
-RESULT = Result(
-    MESH,
-    [
-        Field("heat", "vertex", np.array([1e-300, 0.1, -0.0, np.pi])),
-        Field("id", "vertex", np.array([0, -1, 2**40, 3])),
-        Field("moved", "vertex", np.arange(12.0).reshape(4, 3) / 7),
-        Field("uv", "vertex", np.arange(8.0).reshape(4, 2) / 3),
-        Field("label", "face", np.array([5, 6, 7, 8], dtype=np.int32)),
-        Field("direction", "face", np.arange(12.0).reshape(4, 3) / 11),
-        Field("velocity", "face", np.arange(12.0).reshape(4, 3) / 13),
-        Field("frame", "face", np.arange(36.0).reshape(4, 9)),
-        Field("dt", "mesh", np.array([0.1, 0.2])),
-    ],
-)
 ALL = ["vtk", "vtp", "vtu"]
 
 
@@ -128,23 +110,6 @@ def test_bool_half_and_scalar_values(tmp_path, extension):
     assert again["frames"].shape == (4, 6)
 
 
-def test_what_is_no_number_is_not_written(tmp_path):
-    with pytest.raises(FieldError, match="field 'z' cannot be written: its values are complex128"):
-        write(Result(MESH, [Field("z", "vertex", np.ones(4) * 1j)]), tmp_path / "moo.vtp")
-    with pytest.raises(FieldError, match="two vertex fields are named 'u'"):
-        write(Result(MESH, [Field("u", "vertex", np.ones(4))] * 2), tmp_path / "moo.vtp")
-    assert not list(tmp_path.iterdir())
-
-
-def as_vtk(extension: str) -> pyvista.DataSet:
-    poly = pyvista.PolyData(MESH.vertices, np.insert(MESH.faces, 0, 3, axis=1))
-    dataset = poly.cast_to_unstructured_grid() if extension == "vtu" else poly
-    places = {"vertex": dataset.point_data, "face": dataset.cell_data, "mesh": dataset.field_data}
-    for field in RESULT.fields:
-        places[field.location][field.name] = field.values
-    return dataset
-
-
 @pytest.mark.parametrize("extension", ["vtp", "vtu"])
 @pytest.mark.parametrize("mode", ["Ascii", "Binary", "Appended", "AppendedRaw"])
 @pytest.mark.parametrize("compressor", ["None", "ZLib", "LZMA"])
@@ -210,34 +175,6 @@ def test_cells_of_several_kinds_in_file_order(tmp_path, extension):
     assert result.report["ignored"] == ["line", "vertex"]
 
 
-BY_HAND = """# vtk DataFile Version 2.0
-by hand
-ASCII
-DATASET POLYDATA
-POINTS 4 float
-0 0 0 1 0 0
-0 1 0
-0 0 1
-POLYGONS 4 16
-3 0 2 1 3 0 1 3
-3 1 2 3
-3 2 0 3
-POINT_DATA 4
-SCALARS heat double 1
-LOOKUP_TABLE mine
-1 2 3 4
-LOOKUP_TABLE mine 1
-0 0 0 1
-NORMALS n float
-0 0 1 0 0 1 0 0 1 0 0 1
-CELL_DATA 4
-COLOR_SCALARS rgb 3
-0 0 1 0 0 1 0 0 1 0 0 1
-TEXTURE_COORDINATES uv 2 float
-0 0 1 0 0 1 0 0
-"""
-
-
 def test_legacy_attributes_by_hand(tmp_path):
     path = tmp_path / "moo.vtk"
     path.write_text(BY_HAND)
@@ -266,65 +203,3 @@ def test_legacy_metadata_are_passed_over(tmp_path):
     result = read(path)
     assert (result["a"].tolist(), result["b"].tolist()) == ([1, 2], [3])
     np.testing.assert_array_equal(result.mesh.faces, MESH.faces)
-
-
-LEGACY_WRONG = {
-    "# vtk DataFile": ["does not start as"],
-    BY_HAND.replace("POLYDATA", "STRUCTURED_POINTS"): ["STRUCTURED_POINTS"],
-    BY_HAND.replace("0 0 1\nPOLY", "0 0 x\nPOLY"): ["line 5", "not a number"],
-    BY_HAND.replace("1 2 3 4", "1 2 three 4"): ["line 15", "not a number"],
-    BY_HAND[:-10]: ["line 24", "ends inside"],
-    BY_HAND[:130]: ["ends inside"],
-    BY_HAND.replace("NORMALS", "WEIRDNESS"): ["line 19", "'WEIRDNESS'"],
-    BY_HAND.replace("n float", "n string"): ["line 19", "'string'"],
-    BY_HAND.replace("POLYGONS 4", "POLYGONS four"): ["line 9", "not understood"],
-    BY_HAND.replace("3 2 0 3", "9 2 0 3"): ["moo.vtk"],
-    BY_HAND.replace("3 2 0 3", "3 2 0 9"): ["face 3", "vertex 9"],
-    BY_HAND.replace("POLYGONS", "TRIANGLE_STRIPS"): ["triangle strip"],
-    BY_HAND.replace("POLYGONS", "LINES"): ["no faces, only line"],
-    BY_HAND.replace("CELL_DATA 4", "CELL_DATA 3"): ["line 23", "unknown keyword '0'"],
-}
-
-
-@pytest.mark.parametrize("text", LEGACY_WRONG, ids=range(len(LEGACY_WRONG)))
-def test_legacy_errors_are_named(tmp_path, text):
-    path = tmp_path / "moo.vtk"
-    path.write_text(text)
-    with pytest.raises(FormatError) as caught:
-        read(path)
-    for part in ["moo.vtk", *LEGACY_WRONG[text]]:
-        assert part in str(caught.value)
-
-
-XML_WRONG = {
-    "not XML": (lambda text: "hello", "not a whole VTK XML file"),
-    "cut": (lambda text: text[:-40], "not a whole VTK XML file"),
-    "other kind": (lambda text: text.replace("PolyData", "ImageData"), "holds VTK ImageData, not PolyData"),
-    "compressor": (lambda text: text.replace("header_type", 'compressor="vtkLZ4DataCompressor" header_type'), "LZ4"),
-    "no base64": (lambda text: text.replace('format="binary">', 'format="binary">A'), "not a whole VTK XML file"),
-    "a point missing": (lambda text: re.sub(r".{32}</DataArray>", "</DataArray>", text, count=2), "ends early"),
-    "bad type": (lambda text: text.replace('Int32" Name="conn', 'Text" Name="conn'), "not a whole VTK XML file"),
-    "no piece": (lambda text: text.replace('Points="4"', 'Points="0"'), "0 pieces with points"),
-    "no polys": (lambda text: text.replace("Polys>", "Polls>"), "no cells"),
-}
-
-
-@pytest.mark.parametrize("case", XML_WRONG)
-def test_xml_errors_are_named(tmp_path, case):
-    path = tmp_path / "moo.vtp"
-    write(RESULT, path)
-    change, part = XML_WRONG[case]
-    before = path.read_text()
-    after = change(before)
-    assert after != before
-    path.write_text(after)
-    with pytest.raises(FormatError, match=part) as caught:
-        read(path)
-    assert "moo.vtp" in str(caught.value)
-
-
-def test_a_grid_of_tetrahedra_is_refused(tmp_path):
-    grid = pyvista.UnstructuredGrid({10: np.array([[0, 1, 2, 3]])}, MESH.vertices)
-    grid.save(tmp_path / "moo.vtu")
-    with pytest.raises(FormatError, match=r"moo\.vtu holds tetra cells; a surface is made of triangles"):
-        read(tmp_path / "moo.vtu")

@@ -14,24 +14,8 @@ from geomhw.io.formats import decimal_parser
 from geomhw.io.formats.decimal_parser import parse_numbers
 from geomhw.io.formats.tokens import Lines
 from geomhw.mesh.primitives import icosphere
-from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.results import Field, Result
-
-DIGITS = st.text("0123456789", min_size=1, max_size=25)
-#: As people and programs write them: ``-0.5``, ``7``, ``12.``, ``.25``, ``1e-5``, twenty digits and more.
-WRITTEN = st.builds(
-    lambda sign, whole, rest, power: f"{sign}{whole}{rest}{power}",
-    st.sampled_from(["", "", "-", "+"]),
-    DIGITS,
-    st.just("") | st.builds(lambda digits: f".{digits}", st.just("") | DIGITS),
-    st.sampled_from(["", "", "", "", "", "", "", "", "", "e5", "E-12", "e+300", "e-320"]),
-)
-FLOATS = st.floats(allow_nan=False, allow_infinity=False).map(repr)
-FIXED = st.builds(lambda x, places: f"{x:.{places}f}", st.floats(-1e6, 1e6), st.integers(0, 24))
-
-
-def bits(tokens: list[str]) -> bytes:
-    return np.array([float(token) for token in tokens]).tobytes()
+from support.number_texts import FIXED, FLOATS, WRITTEN, as_text, bits
 
 
 @settings(max_examples=300, deadline=None)
@@ -93,23 +77,6 @@ def test_parts_join(monkeypatch: pytest.MonkeyPatch) -> None:
         assert parse_numbers(gap.join(tokens).encode(), np.float64).tobytes() == bits(tokens)  # type: ignore[union-attr]
     whole = parse_numbers(b"\n".join(b"%d" % i for i in range(500)), np.int64)
     np.testing.assert_array_equal(whole, np.arange(500))
-
-
-def as_text(mesh: TriangleMesh, form: str) -> str:
-    """A mesh in a text format, all digits."""
-    points = [" ".join(map(repr, row)) for row in mesh.vertices.tolist()]
-    faces = mesh.faces.tolist()
-    n, m = mesh.n_vertices, mesh.n_faces
-    if form == "off":
-        return "\n".join([f"OFF\n{n} {m} 0", *points, *(f"3 {a} {b} {c}" for a, b, c in faces)])
-    if form == "obj":
-        return "\n".join([f"v {point}" for point in points] + [f"f {a + 1} {b + 1} {c + 1}" for a, b, c in faces])
-    if form == "attributes":
-        lines = [f"v {point}\nvt 0 0\nvn {point}" for point in points]
-        return "\n".join(lines + ["f " + " ".join(f"{i + 1}/{i + 1}/{i + 1}" for i in face) for face in faces])
-    head = ["ply", "format ascii 1.0", f"element vertex {n}", *(f"property double {axis}" for axis in "xyz")]
-    head += [f"element face {m}", "property list uchar int vertex_indices", "end_header"]
-    return "\n".join([*head, *points, *(f"3 {a} {b} {c}" for a, b, c in faces)])
 
 
 @pytest.mark.parametrize("form", ["off", "obj", "attributes", "ply"])

@@ -5,17 +5,17 @@ import sys
 
 import numpy as np
 import pytest
-from conftest import needs_reference, reference
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
-from test_io_off import BODY, SAME, load
-from test_numerals import FIXED, FLOATS, WRITTEN, as_text, bits
 
 from geomhw.errors import FormatError
 from geomhw.io import read
 from geomhw.io.formats import decimal_parser, off_read, uniform_lines
 from geomhw.io.formats.uniform_lines import parse_lines, parse_regular
 from geomhw.mesh.primitives import icosphere
+from support.number_texts import FIXED, FLOATS, WRITTEN, as_text, bits
+from support.off_files import BODY, SAME, load
+from support.reference import needs_reference, reference
 
 if sys.version_info >= (3, 14):  # before, it is required
     pytest.importorskip("simdjson")

@@ -11,31 +11,14 @@ import scipy.io
 import scipy.sparse as sp
 from PIL import Image
 
-from geomhw.errors import FieldError, FormatError, RenderError
+from geomhw.errors import FormatError
 from geomhw.io import read, read_cloud, write_cloud
-from geomhw.io.artifacts import series
 from geomhw.io.artifacts.checkpoint import read_checkpoint, write_checkpoint
-from geomhw.io.artifacts.film import require_mp4, write_gif, write_mp4
+from geomhw.io.artifacts.film import write_gif, write_mp4
 from geomhw.io.artifacts.matrix import write_matrix
 from geomhw.io.artifacts.series import Frame, SeriesWriter, read_series
 from geomhw.io.artifacts.table import write_csv
-from geomhw.mesh.primitives import icosphere
-from geomhw.results import Cloud, Field, Result
-
-BALL = icosphere(0)
-#: Numbers that need all their digits, or few.
-DOUBLES = [0.1, 1 / 3, 0.1 + 0.2, 5e-324, -1.7976931348623157e308, 1e22, 0.0, -0.0, 3.0]
-
-
-def frame(value: float) -> Result:
-    """One value everywhere."""
-    return Result(BALL, [Field("u", "vertex", np.full(12, value))])
-
-
-def contents(folder: Path) -> dict[str, bytes]:
-    """Every file of a folder, hidden ones too."""
-    return {path.name: path.read_bytes() for path in folder.iterdir()}
-
+from support.series_files import DOUBLES, frame, pictures, points
 
 # -- series ------------------------------------------------------------------------------------------------------
 
@@ -77,27 +60,6 @@ def test_going_on(tmp_path: Path) -> None:
     assert len(first.frames) == 3
 
 
-@pytest.mark.parametrize("broken", ["write", "_pvd", "_series"])
-def test_failure_leaves_a_valid_series(broken: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Whatever fails in the middle, frame or index: both indices are as before, and the frame can be added anew."""
-    writer = SeriesWriter(tmp_path / "a.pvd")
-    writer.add(0.0, frame(0))
-    before = contents(tmp_path)
-
-    def fail(*given: object) -> str:
-        raise OSError(28, "No space left on device")
-
-    with monkeypatch.context() as patch:
-        patch.setattr(series, broken, fail)
-        with pytest.raises((FormatError, OSError)):
-            writer.add(1.0, frame(1))
-    after = contents(tmp_path)
-    assert {name: after[name] for name in before} == before
-    assert not [name for name in after if name.startswith(".")]
-    writer.add(1.0, frame(1))
-    assert [f.file for f in read_series(writer.path)] == ["a.00000.vtp", "a.00001.vtp"]
-
-
 @pytest.mark.parametrize(
     ("name", "ours"),
     [
@@ -122,17 +84,6 @@ def test_which_files_are_of_a_series(name: str, ours: bool, tmp_path: Path) -> N
     assert SeriesWriter(tmp_path / "a.pvd").writes(tmp_path / name) is ours
 
 
-def points(value: float) -> Cloud:
-    """Three points with arrays of all kinds, a wide one too."""
-    fields = [
-        Field("u", "vertex", np.full(3, value)),
-        Field("id", "vertex", np.arange(3, dtype=np.int32)),
-        Field("past", "vertex", np.arange(180, dtype=np.float32).reshape(3, 60)),
-        Field("times", "mesh", np.array(DOUBLES)),
-    ]
-    return Cloud(np.array([[0.1, 1 / 3, -0.0], [1e300, 5e-324, 2.0], [0.0, value, 0.0]]), fields)
-
-
 def test_points_as_they_were(tmp_path: Path) -> None:
     """Points without faces come back to the last bit, with the types of their arrays; the same bytes twice."""
     for name in ("a.vtp", "b.vtp"):
@@ -149,20 +100,6 @@ def test_points_as_they_were(tmp_path: Path) -> None:
         read(tmp_path / "a.vtp")
 
 
-def test_points_that_are_none(tmp_path: Path) -> None:
-    """Rows for points that are not there, faces, another extension, a file that is no VTK file."""
-    for location, rows in (("vertex", 2), ("face", 3)):
-        with pytest.raises(FieldError, match="'u'"):
-            Cloud(np.zeros((3, 3)), [Field("u", location, np.zeros(rows))])  # type: ignore[arg-type]
-    with pytest.raises(FormatError, match=r"\.ply"):
-        write_cloud(points(0), tmp_path / "a.ply")
-    (tmp_path / "a.vtp").write_text("<VTKFile")
-    with pytest.raises(FormatError, match="is not a whole VTK XML file"):
-        read_cloud(tmp_path / "a.vtp")
-    with pytest.raises(FormatError, match="no such file"):
-        read_cloud(tmp_path / "b.vtp")
-
-
 def test_series_with_tracers(tmp_path: Path) -> None:
     """Points as part 1 of each time, files and an index of their own; frames read back are those of the mesh."""
     writer = SeriesWriter(tmp_path / "a.pvd")
@@ -174,32 +111,6 @@ def test_series_with_tracers(tmp_path: Path) -> None:
     index = json.loads((tmp_path / "a.tracers.vtp.series").read_text())
     assert [(f["time"], f["name"]) for f in index["files"]] == [(f.time, f.tracers) for f in writer.frames]
     assert "tracers" not in (tmp_path / "a.vtp.series").read_text()
-
-
-@pytest.mark.parametrize(
-    "text",
-    ["", "no xml", '<VTKFile><DataSet timestep="soon" file="a"/></VTKFile>', '<VTKFile><DataSet file="a"/></VTKFile>'],
-)
-def test_no_series(text: str, tmp_path: Path) -> None:
-    """What is no series is refused by name; so is a file that is not there."""
-    (tmp_path / "a.pvd").write_text(text)
-    for name in ("a.pvd", "b.pvd"):
-        with pytest.raises(FormatError, match=name):
-            read_series(tmp_path / name)
-
-
-# -- films -------------------------------------------------------------------------------------------------------
-
-
-def pictures(count: int = 4, size: tuple[int, int] = (41, 63)) -> list[np.ndarray]:
-    """A white bar that moves over a red and blue ground."""
-    images = []
-    for k in range(count):
-        image = np.zeros((*size, 3), dtype=np.uint8)
-        image[: size[0] // 2, :, 0] = image[size[0] // 2 :, :, 2] = 200
-        image[:, 10 * k : 10 * k + 10] = 255
-        images.append(image)
-    return images
 
 
 def test_gif(tmp_path: Path) -> None:
@@ -229,37 +140,6 @@ def test_mp4(tmp_path: Path) -> None:
         assert np.abs(found[:41, :63] - picture).mean() < 3  # stretched by a pixel, it would be 6
 
 
-@pytest.mark.parametrize("film", ["a.gif", "a.mp4"])
-def test_a_film_that_fails(film: str, tmp_path: Path) -> None:
-    """No frames, or a failure on the way: an error, and the former file is as it was, with nothing beside it."""
-    if film.endswith("mp4"):
-        pytest.importorskip("imageio_ffmpeg")
-    write_film = {"a.gif": write_gif, "a.mp4": write_mp4}[film]
-    (tmp_path / film).write_text("older")
-
-    def fails():
-        yield pictures()[0]
-        raise KeyboardInterrupt
-
-    with pytest.raises(FormatError, match="no frames"):
-        write_film(tmp_path / film, [])
-    with pytest.raises(KeyboardInterrupt):
-        write_film(tmp_path / film, fails())
-    assert contents(tmp_path) == {film: b"older"}
-
-
-def test_mp4_without_the_program(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The package may be there without its ffmpeg: that is said as if it were not."""
-    ffmpeg = pytest.importorskip("imageio_ffmpeg")
-
-    def none() -> str:
-        raise RuntimeError("No ffmpeg exe could be found.")
-
-    monkeypatch.setattr(ffmpeg, "get_ffmpeg_exe", none)
-    with pytest.raises(RenderError, match="imageio-ffmpeg"):
-        require_mp4()
-
-
 # -- tables, states, matrices ------------------------------------------------------------------------------------
 
 
@@ -287,23 +167,6 @@ def test_state_round_trip(tmp_path: Path) -> None:
     for name, values in arrays.items():
         assert (found[name].dtype, found[name].shape) == (values.dtype, values.shape)
         assert found[name].tobytes() == values.tobytes()
-
-
-def test_no_state(tmp_path: Path) -> None:
-    """Other files, and a state cut short, are refused in one line that names the file."""
-    write_checkpoint(tmp_path / "good.npz", {"step": 1}, {"q": np.arange(100.0)})
-    whole = (tmp_path / "good.npz").read_bytes()
-    (tmp_path / "cut.npz").write_bytes(whole[: len(whole) // 2])
-    (tmp_path / "empty.npz").write_bytes(b"")
-    (tmp_path / "text.npz").write_text("not a state")
-    np.save(tmp_path / "array.npy", np.ones(3))
-    np.savez(tmp_path / "arrays.npz", q=np.ones(3))
-    np.savez(tmp_path / "list.npz", description=np.array("[1, 2]"))
-    np.savez(tmp_path / "words.npz", description=np.array("words"))
-    for name in ("cut.npz", "empty.npz", "text.npz", "array.npy", "arrays.npz", "list.npz", "words.npz", "none.npz"):
-        with pytest.raises(FormatError, match=name) as caught:
-            read_checkpoint(tmp_path / name)
-        assert "\n" not in str(caught.value)
 
 
 @pytest.mark.parametrize("name", ["a.npz", "a.mtx"])

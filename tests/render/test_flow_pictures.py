@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from test_render import count, needs_opengl
 
 from geomhw.mesh.primitives import icosphere
 from geomhw.render import flow_pictures
@@ -12,6 +11,7 @@ from geomhw.render.glyphs import comets
 from geomhw.render.panels import PANEL_WIDTH
 from geomhw.render.view import choose_view
 from geomhw.results import Cloud, Field, Result
+from support.pictures import count, needs_opengl
 
 BALL = icosphere(2)
 SPIN = np.cross([0.0, 1.0, 0.0], BALL.face_centers)

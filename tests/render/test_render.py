@@ -1,26 +1,22 @@
 """Pictures: that what should be seen is seen, the same twice over, and at any scale."""
 
-import ctypes
-import os
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy import ndimage
 
-from geomhw.errors import FieldError, RenderError
+from geomhw.errors import FieldError
 from geomhw.mesh import primitives
 from geomhw.mesh.triangle_mesh import TriangleMesh
-from geomhw.render import hidden, offscreen
+from geomhw.render import hidden
 from geomhw.render.layers import DARK, Arrows, Marker, Panel, Surface
 from geomhw.render.panels import Drawing, draw
 from geomhw.render.pictures import geodesic_picture, helmholtz_picture
 from geomhw.render.scene import SUPERSAMPLING, Stage
 from geomhw.render.view import View, choose_view
 from geomhw.results import Field, Result
-
-MISSING = offscreen.missing_opengl()
-needs_opengl = pytest.mark.skipif(MISSING is not None, reason=str(MISSING))
+from support.pictures import count, needs_opengl
 
 SIZE = (300, 300)
 BALL = primitives.icosphere(3)
@@ -31,12 +27,6 @@ MAGENTA, GREEN = "#ff00ff", "#00c000"
 
 def picture(*panels, mesh=BALL, **options):
     return draw(mesh, panels, SIZE, **options).astype(int)
-
-
-def count(image, color, tolerance=12):
-    """Pixels of (nearly) that color."""
-    rgb = [int(color[k : k + 2], 16) for k in (1, 3, 5)]
-    return int((np.abs(np.asarray(image).astype(int) - rgb).max(axis=2) <= tolerance).sum())
 
 
 def geodesic_result(mesh=BALL):
@@ -354,59 +344,6 @@ def test_odd_meshes_can_be_drawn(mesh):
 def test_stage_is_supersampled():
     with Stage(BALL, (120, 80)) as stage:
         assert stage.photograph(Surface(HEIGHT)).shape == (80 * SUPERSAMPLING, 120 * SUPERSAMPLING, 3)
-
-
-@pytest.mark.parametrize("values", [np.zeros(7), np.zeros((642, 2)), np.zeros((642, 3, 1))])
-def test_values_that_do_not_fit(values):
-    with pytest.raises(FieldError, match="do not fit 642 rows"):
-        draw(BALL, [Panel(surface=Surface(values))])
-
-
-def test_isolines_need_numbers_at_vertices():
-    with pytest.raises(FieldError, match="isolines"):
-        draw(BALL, [Panel(surface=Surface(np.zeros(1280), "face", isolines=3))])
-
-
-# -- no OpenGL ---------------------------------------------------------------------------------------------------
-
-
-def _no_library(*_):
-    raise OSError
-
-
-@pytest.fixture
-def headless_linux(monkeypatch):
-    monkeypatch.setattr(offscreen.sys, "platform", "linux")
-    monkeypatch.delenv("VTK_DEFAULT_OPENGL_WINDOW", raising=False)
-    monkeypatch.delenv("DISPLAY", raising=False)
-
-
-def test_no_library_is_one_sentence(monkeypatch, headless_linux):
-    """A RenderError that names the packages, before VTK, which would crash, is asked for a window."""
-    monkeypatch.setattr(ctypes, "CDLL", _no_library)
-    with pytest.raises(RenderError, match=r"no OpenGL library .* apt install libegl1 libgl1-mesa-dri$"):
-        draw(BALL, [Panel()])
-
-
-def test_no_driver_is_one_sentence(monkeypatch, headless_linux):
-    monkeypatch.setattr(offscreen, "missing_opengl", lambda: "libEGL.so.1 finds no OpenGL driver on this machine")
-    monkeypatch.setattr(offscreen, "has_display", lambda: False)
-    with pytest.raises(RenderError, match="no OpenGL driver"):
-        offscreen.prepare()
-
-
-def test_display_serves_where_egl_does_not(monkeypatch, headless_linux):
-    monkeypatch.setattr(offscreen, "missing_opengl", lambda: "no EGL")
-    monkeypatch.setattr(offscreen, "has_display", lambda: True)
-    offscreen.prepare()
-    assert "VTK_DEFAULT_OPENGL_WINDOW" not in os.environ
-
-
-def test_choice_of_window_is_respected(monkeypatch):
-    monkeypatch.setenv("VTK_DEFAULT_OPENGL_WINDOW", "vtkOSOpenGLRenderWindow")
-    monkeypatch.setattr(offscreen, "missing_opengl", _no_library)
-    offscreen.prepare()
-    assert os.environ["VTK_DEFAULT_OPENGL_WINDOW"] == "vtkOSOpenGLRenderWindow"
 
 
 # -- many faces --------------------------------------------------------------------------------------------------

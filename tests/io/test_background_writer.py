@@ -1,4 +1,4 @@
-"""Writing behind the computation: in order, one at a time, no error lost, no piece cut in two."""
+"""The background writer: in order, one piece at a time, without loss of an error."""
 
 import os
 import signal

@@ -1,13 +1,32 @@
 """Meshes that break assumptions, small enough to be built in a test: each is vertices and faces, as a file has them."""
 
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
-from conftest import book, grid, icosphere, sheared
 from numpy.typing import ArrayLike
 
-from geomhw.mesh.primitives import cylinder_band, moebius_band, torus
+from geomhw.mesh.primitives import cylinder_band, grid, icosphere, moebius_band, torus
 from geomhw.mesh.triangle_mesh import TriangleMesh
+from support.meshes import book, sheared
+
+
+def save(vertices: np.ndarray, faces: np.ndarray) -> None:
+    """m.off, and wind.npy, a field of noise on its faces."""
+    lines = ["OFF", f"{len(vertices)} {len(faces)} 0", *(" ".join(map(repr, row)) for row in vertices.tolist())]
+    lines += ["3 " + " ".join(map(str, row)) for row in faces.tolist()]
+    Path("m.off").write_text("\n".join(lines) + "\n")
+    np.save("wind.npy", np.random.default_rng(0).normal(size=(len(faces), 3)))
+
+
+def source_of(words: str) -> int:
+    """The source that the report names."""
+    return int(next(line for line in words.splitlines() if line.startswith("source")).split()[1])
+
+
+def hostile(name: str) -> TriangleMesh:
+    return TriangleMesh(*HOSTILE[name]())
+
 
 Arrays = tuple[np.ndarray, np.ndarray]
 

@@ -1,0 +1,52 @@
+"""The files in data/ are those that their generator makes."""
+
+import importlib.util
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from support.meshes import volume
+
+# -- the files in data/ ------------------------------------------------------------------------------------------
+
+DATA = Path(__file__).parents[2] / "data"
+
+
+@pytest.fixture(scope="module")
+def generator():
+    """data/generate.py, which is a script and no module of a package."""
+    spec = importlib.util.spec_from_file_location("generate", DATA / "generate.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_data_is_what_the_generator_makes(generator):
+    assert generator.check() == []
+
+
+def test_data_check_notices_a_change(generator, tmp_path):
+    """A coordinate off by 1e-8, and a file whose hash is not in the table."""
+    shutil.copytree(DATA, tmp_path, dirs_exist_ok=True)
+    file = tmp_path / "strip.off"
+    file.write_text(file.read_text().replace("\n1 0 0\n", "\n1 0.00000001 0\n", 1))
+    assert generator.check(tmp_path) == [
+        "strip.off: its sha256 is not in README.md",
+        "strip.off: differs from what generate.py makes",
+    ]
+
+
+def test_creature(generator):
+    """Closed, in one piece, without handles, left like right, feet down; triangles are good and Delaunay."""
+    mesh = generator.creature()
+    assert 1300 <= mesh.n_vertices <= 1700
+    assert (mesh.is_closed, mesh.is_oriented, mesh.n_components, mesh.genus) == (True, True, 1, 0)
+    assert volume(mesh) > 0
+    assert np.degrees(mesh.angles.min()) > 15
+    assert mesh.edge_cotan_weights.min() > -1e-9
+    mirrored = mesh.vertices * [1, 1, -1]
+    gaps = np.linalg.norm(mesh.vertices[:, None] - mirrored, axis=2).min(axis=1)
+    assert gaps.max() < 1e-9
+    assert abs(mesh.vertices[:, 1].min()) < 0.02

@@ -1,0 +1,61 @@
+"""``--tracers`` refuses wrong counts, non-manifold meshes and changed restarts."""
+
+from pathlib import Path
+
+import pytest
+
+from geomhw.io import read, write
+from support.flow_files import BALL, SHORT, both, spoiled_inputs
+from support.program import contents, files, one_line, run, save_off
+
+TRACED = ("--tracers", "44")
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Each test works in a folder of its own, with a small sphere in it."""
+    monkeypatch.chdir(tmp_path)
+    save_off(BALL)
+    return tmp_path
+
+
+@pytest.mark.parametrize(("first", "then"), [([], TRACED), (TRACED, []), (TRACED, ["--tracers", "45"])])
+def test_restart_with_other_tracers(first: list[str], then: list[str], folder: Path) -> None:
+    """Neither with, without, nor with more of them than before."""
+    run("fluid", "ball.off", *SHORT, *first, "-q")
+    before = contents(folder)
+    one_line(run("fluid", "ball.off", *SHORT, *then, "--restart", "ball.fluid.restart.npz"), "tracers = ", "start anew")
+    assert contents(folder) == before
+
+
+# -- refusals ----------------------------------------------------------------------------------------------------
+
+
+@both
+@pytest.mark.parametrize("count", ["0", "-3", "2.5", "many", "10000001"])
+def test_no_number(command: str, count: str, folder: Path) -> None:
+    """What is no number of tracers: exit code 2, said in the last line, nothing written."""
+    answer = run(command, "ball.off", "--tracers", count)
+    assert answer.exit_code == 2
+    last = answer.stderr.strip().splitlines()[-1]
+    assert "--tracers" in last
+    assert count in last
+    assert files(folder) == ["ball.off"]
+
+
+def test_manifolds_only(folder: Path) -> None:
+    """A color is carried over three faces at an edge; a particle would not know where to go."""
+    spoiled_inputs()
+    before = files(folder)
+    one_line(run("advect", "fan.off", *SHORT, *TRACED), "tracers", "3 faces meet at edge 0-1")
+    assert files(folder) == before
+    assert run("advect", "moebius.off", *SHORT, *TRACED, "-q").exit_code == 0
+
+
+def test_tracers_read_from_are_not_written_over(folder: Path) -> None:
+    """A mesh that has the name of tracers to come is not lost to them."""
+    (folder / "ball.off").rename(folder / "flow.tracers.00000.off")
+    write(read("flow.tracers.00000.off"), "flow.tracers.00000.vtp")
+    before = contents(folder)
+    one_line(run("fluid", "flow.tracers.00000.vtp", *SHORT, *TRACED, "-o", "flow.pvd"), "flow.pvd", "input")
+    assert contents(folder) == before

@@ -1,0 +1,35 @@
+"""``compare`` refuses pictures that it would overwrite or cut down."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from support.pictures import PLAIN, save
+from support.program import run
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Each test works in a folder of its own."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def test_input_is_kept():
+    """The difference is not written over what is compared: trouble, not a difference."""
+    save("a.png", PLAIN)
+    before = Path("a.png").read_bytes()
+    answer = run("compare", "a.png", "a.png", "--diff", "a.png")
+    assert (answer.exit_code, "input" in answer.stderr) == (2, True)
+    assert run("compare", "a.png", "a.png", "--diff", "d.jpg").exit_code == 2
+    assert Path("a.png").read_bytes() == before
+
+
+def test_deep_pngs_are_refused():
+    """16 bits are not cut down to 8 in silence."""
+    Image.fromarray(np.zeros((4, 4), np.uint16)).save("a.png")
+    answer = run("compare", "a.png", "a.png")
+    assert answer.exit_code == 2
+    assert "more than 8 bits" in answer.stderr

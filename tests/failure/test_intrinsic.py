@@ -1,0 +1,23 @@
+"""Intrinsic triangulations refuse meshes in one point, and flips that do not end."""
+
+import numpy as np
+import pytest
+
+from geomhw.errors import ConvergenceError, MeshError
+from geomhw.intrinsic import delaunay
+from geomhw.intrinsic.robust import RobustTriangulation
+from geomhw.mesh.triangle_mesh import TriangleMesh
+from support.meshes import spiky
+
+
+def test_a_single_point_is_refused() -> None:
+    """Where every length is zero there is nothing to add a share of."""
+    with pytest.raises(MeshError, match="one point"):
+        RobustTriangulation.of(TriangleMesh(np.ones((3, 3)), [[0, 1, 2]]))
+
+
+def test_flips_that_do_not_end(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Out of rounds, an error names a vertex beside an edge that still changes."""
+    monkeypatch.setattr(delaunay, "MAX_ROUNDS", 2)
+    with pytest.raises(ConvergenceError, match=r"do not come to an end: .* beside vertex \d+; clean"):
+        RobustTriangulation.of(spiky())

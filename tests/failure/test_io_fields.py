@@ -1,0 +1,102 @@
+"""Fields from files: missing, of the wrong size, or without numbers."""
+
+import numpy as np
+import pytest
+
+from geomhw.errors import FieldError
+from geomhw.io import read_field, write
+from geomhw.mesh.triangle_mesh import TriangleMesh
+from geomhw.results import Field, Result
+
+# 4 vertices and 2 faces; and 3 of each.
+MESH = TriangleMesh([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
+EVEN = TriangleMesh([[0, 0, 0], [1, 0, 0], [1, 1, 0]], [[0, 1, 2], [0, 2, 1], [1, 0, 2]])
+U, W = np.array([0.5, 1, 2, 3]), np.array([[1.0, 2, 3], [4, 5, 6]])
+
+
+@pytest.fixture
+def here(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    fields = [Field("u", "vertex", U), Field("w", "face", W), Field("a:b", "vertex", U + 1), Field("dt", "mesh", U)]
+    for name in ["moo.vtp", "moo.vtu", "moo.vtk", "moo.ply"]:
+        write(Result(MESH, fields), name)
+    np.save("u.npy", U)
+    np.savez("all.npz", u=U, w=W, flag=np.array([True, False]), half=np.arange(4, dtype=np.float16))
+    rows = "\n".join(f"{a},{b},{c},{d}" for a, (b, c, d) in zip(U, np.arange(12).reshape(4, 3), strict=True))
+    (tmp_path / "t.csv").write_text(f'u,x, y ,"z"\n{rows}\n')
+    return tmp_path
+
+
+def refused(spec, mesh=MESH) -> str:
+    with pytest.raises(FieldError) as caught:
+        read_field(spec, mesh)
+    return str(caught.value)
+
+
+def test_files_and_names_that_are_not_there(here):
+    (here / "folder.npz").mkdir()
+    assert refused("none.vtp:u") == "none.vtp: there is no such file, in the field 'none.vtp:u'"
+    assert "none.npy: there is no such file" in refused("none.npy")
+    assert "folder.npz: it is a folder" in refused("folder.npz:u")
+    assert refused("moo.vtp:heat") == "moo.vtp has no array 'heat'; there are u, a:b, w"
+    assert refused("moo.vtp") == "moo.vtp: say which array, as in 'moo.vtp:NAME'; there are u, a:b, w"
+    assert "has no array 'dt'" in refused("moo.vtp:dt")
+    assert refused("all.npz:v") == "all.npz has no array 'v'; there are u, w, flag, half"
+    assert "say which array" in refused("all.npz")
+    assert refused("t.csv:v") == "t.csv has no array 'v'; there are u, x, y, z"
+    assert "say which array" in refused("t.csv")
+    assert "say which array" in refused("t.csv:x,")
+    assert "leave ':u' away" in refused("u.npy:u")
+    (here / "bare.off").write_text("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n")
+    assert refused("bare.off:u") == "bare.off has no array 'u'; it holds none"
+    (here / "notes.txt").touch()
+    assert "no arrays are read from '.txt'; known are .npy .npz .csv .off" in refused("notes.txt:u")
+
+
+def test_wrong_numbers_of_rows(here):
+    assert refused("u.npy", EVEN) == "u.npy has 4 rows; the mesh has 3 vertices and 3 faces"
+    (here / "short.csv").write_text("u\n")
+    assert "short.csv:u has 0 rows" in refused("short.csv:u")
+    np.save("deep.npy", np.zeros((4, 2, 2)))
+    np.save("point.npy", np.array(3.0))
+    np.save("none.npy", np.zeros((4, 0)))
+    for name in ["deep", "point", "none"]:
+        assert "an array of shape" in refused(f"{name}.npy")
+
+
+def test_values_that_are_no_numbers(here):
+    np.save("nan.npy", np.array([[0, 1.0], [2, 3], [4, np.nan], [np.nan, 1]]))
+    np.save("inf.npy", np.array([0, -np.inf, 0, 0]))
+    np.save("text.npy", np.array(["a", "b", "c", "d"]))
+    np.save("complex.npy", U * 1j)
+    np.save("object.npy", np.array([None] * 4))
+    assert refused("nan.npy") == "nan.npy: row 2 is not a finite number (4.0 nan)"
+    assert refused("inf.npy") == "inf.npy: row 1 is not a finite number (-inf)"
+    assert "not of real numbers" in refused("text.npy")
+    assert "complex128, not of real numbers" in refused("complex.npy")
+    assert "cannot be read as a numpy file" in refused("object.npy")  # a pickle is not opened
+
+
+@pytest.mark.parametrize(
+    ("text", "part"),
+    [
+        ("u,v\n1,2\n3,abc\n", "row 1 of column 'v' is 'abc', which is not a number"),
+        ("u,v\n1,2\n3,\n", "row 1 of column 'v' is '', which is not a number"),
+        ("u,v\n1,2\n3\n", "row 1 ends before column 'v'"),
+        ("u,v\n1,2\n3,nan\n", "row 1 is not a finite number (nan)"),
+        ("", "it holds none"),
+    ],
+)
+def test_tables_with_holes(here, text, part):
+    (here / "bad.csv").write_text(text)
+    assert part in refused("bad.csv:v")
+
+
+def test_files_that_are_not_what_they_say(here):
+    for name in ["x.npy", "x.npz"]:
+        (here / name).write_bytes(b"rubbish")
+        assert "cannot be read as a numpy file" in refused(f"{name}:u" if name == "x.npz" else name)
+    (here / "table.csv").write_bytes(b"\xff\xfe\x00")
+    assert "cannot be read as a table" in refused("table.csv:u")
+    (here / "u.npy").rename(here / "single.npz")
+    assert "not an archive" in refused("single.npz:u")

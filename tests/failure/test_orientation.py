@@ -1,0 +1,21 @@
+"""Meshes that are not oriented are refused with the edge and the reason."""
+
+import pytest
+
+from geomhw.errors import MeshError
+from support.hostile import hostile
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("moebius", "a flow needs an oriented manifold, but this surface is one-sided"),
+        ("turned_grid", r"the two faces at edge 0-10 \(88 such edges\) disagree"),
+        ("book_3", r"but 3 faces meet at edge 0-7 \(6 such edges\)$"),
+        ("doubled", r"but 3 faces meet at edge 0-42 \(67 such edges\); face 320 is a copy of face 5"),
+    ],
+)
+def test_what_is_not_oriented_is_named(name: str, words: str) -> None:
+    """Which edge, how many, and why."""
+    with pytest.raises(MeshError, match=words):
+        hostile(name).require_oriented("a flow")
