@@ -222,7 +222,9 @@ def test_links_lead_somewhere(path: Path) -> None:
 def test_figures_name_their_tests() -> None:
     """``pytest tests/FILE -k WORD`` beside a figure names tests that are there."""
     for path in DOCUMENTS:
-        for file, word in re.findall(r"`pytest\s+(tests/\w+\.py)(?: -k (\w+))?`", path.read_text(encoding="utf-8")):
+        for file, word in re.findall(
+            r"`pytest\s+(tests/\w+/\w+\.py)(?:\s+-k\s+(\w+))?`", path.read_text(encoding="utf-8")
+        ):
             assert re.search(rf"def test_\w*{word}|\[\w*{word}", (ROOT / file).read_text(encoding="utf-8")), (
                 file,
                 word,
