@@ -2,12 +2,15 @@
 
 import os
 import signal
+from pathlib import Path
 
 import pytest
 from hypothesis import settings
 
 from geomhw.mesh.triangle_mesh import TriangleMesh
-from support.meshes import CLOSED, ZOO, zoo_mesh
+
+pytest.register_assert_rewrite("support", "fuzz")
+from support.meshes import CLOSED, ZOO, zoo_mesh  # noqa: E402 - after its asserts are registered
 
 # The same examples every time; HYPOTHESIS_PROFILE=long looks for new ones.
 settings.register_profile("ci", derandomize=True, database=None, deadline=None, max_examples=25)
@@ -29,3 +32,10 @@ def mesh(request: pytest.FixtureRequest) -> TriangleMesh:
 def closed_mesh(request: pytest.FixtureRequest) -> tuple[TriangleMesh, int]:
     """Each closed connected mesh with its genus."""
     return zoo_mesh(request.param), CLOSED[request.param]
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An empty folder of this test's own, as the working folder."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path

@@ -1,7 +1,5 @@
 """Commands on hostile meshes whose distances are known: balls, flat pieces, books, single triangles."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -9,12 +7,7 @@ from geomhw.io import read
 from support.hostile import BALL, HOSTILE, save, source_of
 from support.program import run
 
-
-@pytest.fixture(autouse=True)
-def in_empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Each test works in a folder of its own."""
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
+pytestmark = pytest.mark.usefixtures("folder")
 
 
 #: Meshes that hold the ball of radius 1: its first vertex, its size, and how near its distances come.

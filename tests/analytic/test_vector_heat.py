@@ -8,10 +8,20 @@ from geomhw.mesh.primitives import icosphere, strip, torus
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.options import Connection
 from geomhw.transport.vector_heat import VectorHeat, tangent_at
-from support.exact import along_great_circles
+from support.exact import along_great_circles, mean_angle_error
 from support.meshes import sheared, split_diagonals, zoo_mesh
 
 CONNECTIONS: tuple[Connection, ...] = ("normals", "intrinsic")
+
+
+@pytest.mark.parametrize("connection", CONNECTIONS)
+def test_transport_on_the_sphere(connection: Connection) -> None:
+    """At t = h² the mean angle to transport along great circles is below 0.3, 0.2 and 0.12° on three icospheres.
+
+    They have 642, 2,562 and 10,242 vertices. At t = h² the angle does not vanish with h; it does at t = √h.
+    """
+    errors = [mean_angle_error(level, connection, "h2") for level in (3, 4, 5)]
+    assert all(error <= bound for error, bound in zip(errors, (0.3, 0.2, 0.12), strict=True)), errors
 
 
 @pytest.mark.parametrize("connection", CONNECTIONS)

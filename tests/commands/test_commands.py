@@ -23,20 +23,15 @@ from support.pictures import needs_opengl
 from support.program import run, save_off
 from support.reference import needs_reference, reference
 
-
-@pytest.fixture(autouse=True)
-def in_empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Each test works in a folder of its own."""
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
+pytestmark = pytest.mark.usefixtures("folder")
 
 
-def test_geodesic_by_default(in_empty_folder: Path) -> None:
+def test_geodesic_by_default(folder: Path) -> None:
     """VTK and PNG with default names in the current folder, a report in words on stdout."""
     save_off(icosphere(2))
     answer = run("geodesic", "ball.off")
     assert answer.exit_code == 0
-    assert sorted(p.name for p in in_empty_folder.iterdir()) == [
+    assert sorted(p.name for p in folder.iterdir()) == [
         "ball.geodesic.png",
         "ball.geodesic.vtk",
         "ball.off",

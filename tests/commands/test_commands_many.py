@@ -21,11 +21,10 @@ from support.program import run, save_off
 
 
 @pytest.fixture(autouse=True)
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Each test works in a folder of its own, with a mesh, pairs and sources."""
-    monkeypatch.chdir(tmp_path)
+def folder(folder: Path) -> Path:
+    """Each test has an own working folder with a mesh, pairs and sources."""
     save_off(MESH, "mesh.off")
-    return tmp_path
+    return folder
 
 
 def test_all_pairs(folder: Path) -> None:

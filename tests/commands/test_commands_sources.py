@@ -19,12 +19,11 @@ BALL, SHEET = icosphere(2), grid(6, 6)
 
 
 @pytest.fixture(autouse=True)
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Each test works in a folder of its own, with a ball and a sheet in it."""
-    monkeypatch.chdir(tmp_path)
+def folder(folder: Path) -> Path:
+    """Each test has an own working folder with a ball and a sheet in it."""
     save_off(BALL, "ball.off")
     save_off(SHEET, "sheet.off")
-    return tmp_path
+    return folder
 
 
 def points(mesh: TriangleMesh, *texts: str) -> list[object]:

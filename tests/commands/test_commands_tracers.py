@@ -21,11 +21,10 @@ TRACED = ("--tracers", "44")
 
 
 @pytest.fixture(autouse=True)
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Each test works in a folder of its own, with a small sphere in it."""
-    monkeypatch.chdir(tmp_path)
+def folder(folder: Path) -> Path:
+    """Each test has an own working folder with a small sphere in it."""
     save_off(BALL)
-    return tmp_path
+    return folder
 
 
 def clouds(path: str | Path) -> list[Cloud]:

@@ -12,12 +12,7 @@ from geomhw.io.artifacts.image import read_png
 from support.pictures import PLAIN, drawing, save
 from support.program import run
 
-
-@pytest.fixture(autouse=True)
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Each test works in a folder of its own."""
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
+pytestmark = pytest.mark.usefixtures("folder")
 
 
 def test_command():

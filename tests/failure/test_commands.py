@@ -11,12 +11,7 @@ from geomhw.results import Field
 from geomhw.results import Result as MeshResult
 from support.program import run, save_off
 
-
-@pytest.fixture(autouse=True)
-def in_empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Each test works in a folder of its own."""
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
+pytestmark = pytest.mark.usefixtures("folder")
 
 
 GOOD = "OFF\n4 4 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n"
@@ -36,7 +31,7 @@ GOOD = "OFF\n4 4 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3
         (GOOD.replace("0 0 1\n", "0.5 0 0\n"), ["face 1", "zero area"]),
     ],
 )
-def test_bad_mesh_is_one_sentence(text: str | None, words: list[str], in_empty_folder: Path) -> None:
+def test_bad_mesh_is_one_sentence(text: str | None, words: list[str], folder: Path) -> None:
     """Each kind of broken file: one line on stderr, exit code 1, nothing written."""
     if text is not None:
         Path("bad.off").write_text(text)
@@ -46,7 +41,7 @@ def test_bad_mesh_is_one_sentence(text: str | None, words: list[str], in_empty_f
     assert len(answer.stderr.strip().splitlines()) == 1
     for word in words:
         assert word in answer.stderr
-    assert {p.name for p in in_empty_folder.iterdir()} <= {"bad.off"}
+    assert {p.name for p in folder.iterdir()} <= {"bad.off"}
 
 
 @pytest.mark.parametrize(
@@ -65,13 +60,13 @@ def test_bad_mesh_is_one_sentence(text: str | None, words: list[str], in_empty_f
         (["--sauce", "3"], 2, "No such option"),
     ],
 )
-def test_bad_arguments(arguments: list[str], code: int, words: str, in_empty_folder: Path) -> None:
+def test_bad_arguments(arguments: list[str], code: int, words: str, folder: Path) -> None:
     """What is asked for wrongly is refused before anything is written."""
     save_off(icosphere(0))
     answer = run("geodesic", "ball.off", *arguments)
     assert answer.exit_code == code
     assert words in answer.stderr
-    assert [p.name for p in in_empty_folder.iterdir()] == ["ball.off"]
+    assert [p.name for p in folder.iterdir()] == ["ball.off"]
 
 
 def test_failure_keeps_what_was_there() -> None:

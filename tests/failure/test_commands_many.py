@@ -15,11 +15,10 @@ from support.program import files_no_larger_than, run, save_off
 
 
 @pytest.fixture(autouse=True)
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Each test works in a folder of its own, with a mesh, pairs and sources."""
-    monkeypatch.chdir(tmp_path)
+def folder(folder: Path) -> Path:
+    """Each test has an own working folder with a mesh, pairs and sources."""
     save_off(MESH, "mesh.off")
-    return tmp_path
+    return folder
 
 
 def test_another_run_is_not_gone_on_with(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -24,11 +24,10 @@ OPERATORS = {
 
 
 @pytest.fixture(autouse=True)
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Each test works in a folder of its own, with a small sphere in it."""
-    monkeypatch.chdir(tmp_path)
+def folder(folder: Path) -> Path:
+    """Each test has an own working folder with a small sphere in it."""
     save_off(BALL)
-    return tmp_path
+    return folder
 
 
 NORMAL = [*map(repr, BALL.vertex_normals[4].tolist())]

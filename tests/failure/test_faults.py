@@ -39,17 +39,16 @@ DRAWS = ["geodesic", "mp4"]
 
 
 @pytest.fixture(autouse=True)
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Each test works in a folder of its own, with a sphere, a field on it and two pictures."""
+def folder(folder: Path) -> Path:
+    """Each test has an own working folder with a sphere, a field on it and two pictures."""
     from PIL import Image
 
-    monkeypatch.chdir(tmp_path)
     save_off(BALL)
     write(Result(BALL, [Field("v", "face", np.ones((BALL.n_faces, 3)))]), "ball.ply")
     noise = np.random.default_rng(0).integers(0, 256, (90, 90, 3), dtype=np.uint8)
     Image.fromarray(noise).save("one.png")
     Image.fromarray(noise[::-1]).save("other.png")
-    return tmp_path
+    return folder
 
 
 def trouble(command: str) -> int:

@@ -17,12 +17,7 @@ from support.hostile import HOSTILE, save, source_of
 from support.program import run
 from support.reference import needs_reference, reference
 
-
-@pytest.fixture(autouse=True)
-def in_empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Each test works in a folder of its own."""
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
+pytestmark = pytest.mark.usefixtures("folder")
 
 
 TURNING = ["advect", "m.off", "--field", "rigid:z", "--color", "x", "--dt", "0.05", "--steps", "2"]

@@ -7,12 +7,7 @@ import pytest
 from support.program import run
 from support.squares import OBJ, OFF, PLY, SQUARE
 
-
-@pytest.fixture(autouse=True)
-def in_empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Each test works in a folder of its own."""
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
+pytestmark = pytest.mark.usefixtures("folder")
 
 
 #: File name, contents, and what the one line on stderr says.

@@ -1,7 +1,5 @@
 """Comparison of arrays: reflexive, symmetric, and exact at its tolerance."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from hypothesis import given
@@ -10,13 +8,6 @@ from hypothesis.extra import numpy as hnp
 
 from geomhw.compare import Finding, Tolerance, compare_arrays
 from support.comparisons import DEFAULT
-
-
-@pytest.fixture(autouse=True)
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Each test works in a folder of its own."""
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
 
 
 def arrays(a, b, tolerance: Tolerance = DEFAULT, **options) -> Finding:

@@ -9,12 +9,7 @@ from geomhw.io import read
 from support.program import run
 from support.squares import OBJ, OFF, PLY, SQUARE, STL
 
-
-@pytest.fixture(autouse=True)
-def in_empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Each test works in a folder of its own."""
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
+pytestmark = pytest.mark.usefixtures("folder")
 
 
 #: File name and contents that are a unit square.

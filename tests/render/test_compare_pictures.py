@@ -1,7 +1,5 @@
 """Comparing pictures: what an eye would pass over passes, what it would miss is found, and shown."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from PIL import Image
@@ -16,12 +14,7 @@ from geomhw.render.layers import Arrows, Panel, Surface
 from geomhw.render.panels import draw
 from support.pictures import ARROWS, PLAIN, SIZE, drawing, needs_opengl
 
-
-@pytest.fixture(autouse=True)
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Each test works in a folder of its own."""
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
+pytestmark = pytest.mark.usefixtures("folder")
 
 
 # -- colors ------------------------------------------------------------------------------------------------------

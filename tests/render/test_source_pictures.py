@@ -14,7 +14,6 @@ from geomhw.mesh.surface_points import (
     vertex_range,
 )
 from geomhw.mesh.triangle_mesh import TriangleMesh
-from geomhw.render import offscreen
 from geomhw.render.layers import Panel
 from geomhw.render.panels import PANEL_WIDTH, draw
 from geomhw.render.pictures import SOURCE_COLOR, geodesic_picture
@@ -24,16 +23,9 @@ from geomhw.render.vector_pictures import SOURCE_LENGTH, transport_picture
 from geomhw.render.view import choose_view
 from geomhw.transport.source_vectors import source_frames, turned
 from geomhw.transport.vector_heat import VectorHeat, transport_over_times
+from support.pictures import ink, needs_opengl
 
-MISSING = offscreen.missing_opengl()
-needs_opengl = pytest.mark.skipif(MISSING is not None, reason=str(MISSING))
 SHEET, COARSE = grid(24, 24), grid(3, 3)
-
-
-def ink(image: np.ndarray, color: str) -> np.ndarray:
-    """Which pixels have (nearly) that color."""
-    rgb = [int(color[k : k + 2], 16) for k in (1, 3, 5)]
-    return np.abs(image.astype(int) - rgb).max(axis=2) <= 30
 
 
 def marks(mesh: TriangleMesh, sources: SurfacePoints) -> tuple[list, list]:

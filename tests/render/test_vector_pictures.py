@@ -6,15 +6,14 @@ import numpy as np
 import pytest
 
 from geomhw.mesh.primitives import grid, icosphere
-from geomhw.render import offscreen
 from geomhw.render.panels import PANEL_WIDTH
 from geomhw.render.vector_pictures import FIELD_COLOR, SOURCE_COLOR, SOURCE_LENGTH, transport_picture
 from geomhw.render.view import choose_view, visible
 from geomhw.results import Result
 from geomhw.transport.vector_heat import tangent_at, transport_over_times
+from support.pictures import ink, needs_opengl
 
-MISSING = offscreen.missing_opengl()
-pytestmark = pytest.mark.skipif(MISSING is not None, reason=str(MISSING))
+pytestmark = needs_opengl
 
 BALL = icosphere(3)
 FRONT = int((BALL.vertices @ choose_view(BALL).axes[2]).argmax())
@@ -25,12 +24,6 @@ def transported(sources: list[int], times: list[str], lengths: list[float] | Non
     """Vectors at those vertices of the ball, at 90° in their frames."""
     vectors = [length * tangent_at(BALL, s, 90) for s, length in zip(sources, lengths or [1.0] * 9, strict=False)]
     return transport_over_times(BALL, sources, vectors, times)
-
-
-def ink(image: np.ndarray, color: str) -> np.ndarray:
-    """Which pixels have (nearly) that color."""
-    rgb = [int(color[k : k + 2], 16) for k in (1, 3, 5)]
-    return np.abs(image.astype(int) - rgb).max(axis=2) <= 30
 
 
 def test_arrows_and_source_are_seen() -> None:

@@ -15,7 +15,8 @@ from geomhw.mesh.curvature import angle_defects
 from geomhw.mesh.primitives import icosphere
 from geomhw.mesh.surface_points import SurfacePoints
 from geomhw.mesh.triangle_mesh import TriangleMesh
-from geomhw.options import Integrator
+from geomhw.options import Connection, Integrator
+from geomhw.transport.vector_heat import VectorHeat, random_tangent
 
 Z = np.array([0.0, 0.0, 1.0])
 
@@ -101,3 +102,19 @@ def along_great_circles(mesh: TriangleMesh, source: int, vector: np.ndarray) -> 
     moved += axis * (axis @ vector)[:, None] / np.maximum(1 + cosine, 1e-12)[:, None]
     moved -= np.einsum("vx,vx->v", moved, mesh.vertex_normals)[:, None] * mesh.vertex_normals
     return moved / np.linalg.norm(moved, axis=1)[:, None]
+
+
+def mean_angle_error(level: int, connection: Connection, time: str) -> float:
+    """Return the mean angle in degrees to exact transport, without 10° about the antipode, over six sources."""
+    mesh = icosphere(level)
+    solver = VectorHeat(mesh, time, connection)
+    errors = []
+    for source in (0, 12, 42, 100, 300, 641):
+        vector = random_tangent(mesh, source, seed=1)
+        X = solver.from_vertices([source], [vector])["transported"]
+        np.testing.assert_allclose(np.linalg.norm(X, axis=1), 1, atol=1e-12)
+        exact = along_great_circles(mesh, source, vector)
+        angle = np.arctan2(np.linalg.norm(np.cross(X, exact), axis=1), np.einsum("vx,vx->v", X, exact))
+        kept = mesh.vertices @ mesh.vertices[source] > -np.cos(np.radians(10))
+        errors.append(np.degrees(angle[kept]).mean())
+    return float(np.mean(errors))

@@ -58,7 +58,12 @@ MISSING = offscreen.missing_opengl()
 needs_opengl = pytest.mark.skipif(MISSING is not None, reason=str(MISSING))
 
 
-def count(image, color, tolerance=12):
-    """Pixels of (nearly) that color."""
+def ink(image: np.ndarray, color: str, tolerance: int = 30) -> np.ndarray:
+    """Return the mask of pixels whose three channels are all within the tolerance of a color."""
     rgb = [int(color[k : k + 2], 16) for k in (1, 3, 5)]
-    return int((np.abs(np.asarray(image).astype(int) - rgb).max(axis=2) <= tolerance).sum())
+    return np.abs(np.asarray(image).astype(int) - rgb).max(axis=2) <= tolerance
+
+
+def count(image: np.ndarray, color: str, tolerance: int = 12) -> int:
+    """Count the pixels of a color."""
+    return int(ink(image, color, tolerance).sum())
