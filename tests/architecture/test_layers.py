@@ -1,8 +1,10 @@
-"""The house: which room may import which, and what the program may load before it is asked to work."""
+"""Imports: the rooms that each room may import, no circles among modules, and what ``--help`` loads."""
 
 import ast
 import subprocess
 import sys
+from collections.abc import Iterator
+from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
 import pytest
@@ -75,10 +77,76 @@ def test_arrows(path: Path) -> None:
             assert inner in ALLOWED[room], f"{room} imports {module}"
 
 
-@pytest.mark.parametrize("path", SOURCES, ids=lambda path: str(path.relative_to(ROOT)))
-def test_rooms_are_small(path: Path) -> None:
-    """A file has one subject: 320 lines at most."""
-    assert len(path.read_text().splitlines()) <= 320
+def name_of(path: Path) -> str:
+    """Return the module that a file holds, under its installed name."""
+    parts = list(path.relative_to(ROOT).with_suffix("").parts)
+    parts[0] = {"cli": "geomhw_cli"}.get(parts[0], parts[0])
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+MODULES = {name_of(path): path for path in SOURCES}
+
+
+def is_type_checking(node: ast.stmt) -> bool:
+    """Whether this is ``if TYPE_CHECKING:``."""
+    return isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test)
+
+
+def run_at_import(body: list[ast.stmt]) -> Iterator[ast.Import | ast.ImportFrom]:
+    """Yield the imports that run when the module is imported: none in functions or under TYPE_CHECKING."""
+    for node in body:
+        if isinstance(node, ast.Import | ast.ImportFrom):
+            yield node
+        elif not isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef) and not is_type_checking(node):
+            for block in ("body", "orelse", "finalbody"):
+                yield from run_at_import(getattr(node, block, []))
+
+
+def stub_of(module: str) -> dict[str, str]:
+    """Return the public names of a package and the modules that its stub takes them from."""
+    stub = MODULES[module].with_suffix(".pyi")
+    if not stub.exists():
+        return {}
+    found = {}
+    for node in ast.parse(stub.read_text()).body:
+        if isinstance(node, ast.ImportFrom):
+            parent = f"{module}.{node.module}" if node.module else module
+            found |= {alias.name: parent if node.module else f"{module}.{alias.name}" for alias in node.names}
+    return found
+
+
+def provider(module: str, name: str) -> str:
+    """Return the module that runs when ``name`` is imported from a module: packages load their names lazily."""
+    if f"{module}.{name}" in MODULES:
+        return f"{module}.{name}"
+    source = stub_of(module).get(name)
+    return provider(source, name) if source else module
+
+
+def needs(module: str) -> set[str]:
+    """Return the modules of this project that a module imports when it is itself imported."""
+    found = set()
+    for node in run_at_import(ast.parse(MODULES[module].read_text()).body):
+        if isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+        elif node.module in MODULES:
+            found |= {provider(node.module, alias.name) for alias in node.names}
+    return found & MODULES.keys() - {module}
+
+
+def test_no_circle() -> None:
+    """No module imports itself through others, when imports in functions and for type checkers are left out."""
+    graph = {module: needs(module) for module in MODULES}
+    assert sum(map(len, graph.values())) > len(MODULES)  # the imports are found
+    try:
+        order = list(TopologicalSorter(graph).static_order())
+    except CycleError as circle:
+        pytest.fail(" -> ".join(circle.args[1]))
+    assert set(order) == set(MODULES)
+
+
+#: Libraries that take longer to load than the help takes to print.
+HEAVY = {"numpy", "numba", "scipy", "pyamg", "matplotlib", "meshio", "pyvista", "vtkmodules", "PIL"}
 
 
 def loaded_by(arguments: list[str]) -> set[str]:
@@ -95,5 +163,5 @@ def loaded_by(arguments: list[str]) -> set[str]:
 
 @pytest.mark.parametrize("arguments", [["--help"], ["geodesic", "--help"], ["compare", "--help"], ["--version"]])
 def test_help_loads_nothing_heavy(arguments: list[str]) -> None:
-    """Help and version load neither numpy nor anything above it."""
-    assert not loaded_by(arguments) & {"numpy", "scipy", "meshio", "pyvista", "vtkmodules", "PIL"}
+    """``--help`` and ``--version`` load neither numpy nor any other heavy library."""
+    assert not loaded_by(arguments) & HEAVY

@@ -41,13 +41,3 @@ def test_console_script() -> None:
     """``geomhw`` starts the program."""
     (script,) = entry_points(group="console_scripts", name="geomhw")
     assert script.value == "geomhw_cli.main:main"
-
-
-def test_public_names_import() -> None:
-    """Everything that the package offers at its top can be had there, and nothing else."""
-    import geomhw
-
-    for name in geomhw.__all__:
-        assert getattr(geomhw, name) is not None
-    with pytest.raises(AttributeError, match="nothing_of_ours"):
-        geomhw.nothing_of_ours  # noqa: B018
