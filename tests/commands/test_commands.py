@@ -19,6 +19,7 @@ from geomhw.results import Field
 from geomhw.results import Result as MeshResult
 from geomhw_cli.main import program
 from support.meshes import split_diagonals, zoo_mesh
+from support.messages import missing
 from support.pictures import needs_opengl
 from support.program import run, save_off
 from support.reference import needs_reference, reference
@@ -119,7 +120,8 @@ def test_other_component_is_reported() -> None:
     assert "162 vertices" in answer.stdout
     assert np.isinf(read("ball.geodesic.vtk")["distance"]).sum() == 163
     report = json.loads(run("geodesic", "ball.off", "--source", "0", "--no-png", "--json").stdout)
-    assert report["remarks"] == ["warning: 162 vertices lie on components without a source; their distance is inf"]
+    (remark,) = report["remarks"]
+    assert not missing(remark, "warning ... 162 vertices ... source ... inf")
     assert json.loads(run("geodesic", "ball.off", "--source", "0,200", "--no-png", "--json").stdout)["remarks"] == []
 
 

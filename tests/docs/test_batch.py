@@ -12,6 +12,7 @@ from urllib.parse import unquote
 
 import pytest
 
+from support.messages import missing
 from support.pictures import needs_opengl
 
 ROOT = Path(__file__).parents[2]
@@ -60,9 +61,9 @@ def test_every_mesh_has_a_picture_or_a_reason(batch: Path) -> None:
     assert code == 2
     assert done == MESHES
     lines = table(batch, "geodesic")
-    assert {name: line["reason"] for name, line in lines.items() if line["exit_code"] != "0"} == {
-        "meshes-2/cut.off": "cut.off ends after 71 of 602 vertices"
-    }
+    ((failed, line),) = ((name, line) for name, line in lines.items() if line["exit_code"] != "0")
+    assert failed == "meshes-2/cut.off"
+    assert not missing(line["reason"], "cut.off ... 71 of 602 vertices")
     assert all(line["farthest.vertex"] == "300" for line in lines.values() if line["exit_code"] == "0")
     sheet = (batch / "out" / "geodesic" / "sheet.html").read_text(encoding="utf-8")
     cards = re.findall(r"<article.*?</article>", sheet, re.DOTALL)
@@ -112,10 +113,10 @@ def test_a_name_that_comes_to_stand_for_another_mesh(batch: Path) -> None:
 @pytest.mark.parametrize(
     ("words", "reason"),
     [
-        ("COMMAND=geodesics", "geomhw has no command 'geodesics'"),
-        ("MESHES=nowhere", "nowhere: there is no such file or folder"),
+        ("COMMAND=geodesics", "no command 'geodesics'"),
+        ("MESHES=nowhere", "nowhere ... no such file or folder"),
         ("MESHES=.", "no meshes to work on"),
-        ("OUT=a b", "make cannot handle blanks in OUT=a b"),
+        ("OUT=a b", "blanks ... OUT=a b"),
         ("GEOMHW=/nowhere/geomhw", "/nowhere/geomhw"),
     ],
 )
@@ -130,5 +131,5 @@ def test_refusals(batch: Path, words: str, reason: str) -> None:
     ]
     answer = subprocess.run(given, cwd=batch, capture_output=True, text=True)
     assert answer.returncode == 2
-    assert reason in answer.stderr
+    assert not missing(answer.stderr, reason)
     assert not list(batch.rglob("status"))

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from geomhw.io.artifacts.table import read_csv, write_csv
+from support.messages import missing
 from support.pictures import needs_opengl
 from support.program import run
 
@@ -59,7 +60,7 @@ def test_golden_tells_and_renews(made: tuple[Path, "subprocess.CompletedProcess[
     answer = make(golden, "--old-file=results")
     assert answer.returncode != 0
     assert re.search(r"^fluid.csv: different +column +energy .*\[2\]", answer.stdout, re.MULTILINE), answer.stdout
-    assert "info.json: Error: golden/info.json: there is no such file" in answer.stdout
+    assert any(not missing(line, "info.json: Error: ... no such file") for line in answer.stdout.splitlines())
     assert answer.stdout.count(": same: ") == len(before) - 2
     renewed = make(golden, "renew")
     assert renewed.returncode == 0, renewed.stderr

@@ -8,6 +8,7 @@ import pytest
 
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from support.flow_files import BALL, FINE, SHORT, both, series, spoiled_inputs, table
+from support.messages import missing
 from support.program import contents, files, one_line, run, save_off
 
 
@@ -86,15 +87,15 @@ def test_usage(command: str, arguments: list[str], words: str, folder: Path) -> 
     option = {"advect": "--field", "fluid": "--init"}[command]
     answer = run(command, "ball.off", *[option if part == "FIELD" else part for part in arguments])
     assert answer.exit_code == 2
-    assert words in answer.stderr.strip().splitlines()[-1]
+    assert not missing(answer.stderr.strip().splitlines()[-1], words)
     assert files(folder) == ["ball.off"]
 
 
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["--dt", "0.1", "--cfl", "1"], "--dt and --cfl exclude"),
-        (["--steps", "3", "--until", "1"], "--steps and --until exclude"),
+        (["--dt", "0.1", "--cfl", "1"], "--dt ... --cfl ... exclude"),
+        (["--steps", "3", "--until", "1"], "--steps ... --until ... exclude"),
         (["--cfl", "1"], "--force none"),
         (["--scheme", "best"], "'best'"),
         (["--force", "wind"], "'wind'"),
@@ -104,7 +105,7 @@ def test_fluid_usage(arguments: list[str], words: str, folder: Path) -> None:
     """Options that exclude each other, or are not known: exit code 2, nothing written."""
     answer = run("fluid", "ball.off", *arguments)
     assert answer.exit_code == 2
-    assert words in answer.stderr.strip().splitlines()[-1]
+    assert not missing(answer.stderr.strip().splitlines()[-1], words)
     assert files(folder) == ["ball.off"]
 
 
@@ -114,13 +115,13 @@ def test_fluid_usage(arguments: list[str], words: str, folder: Path) -> None:
         (["fan.off"], "oriented manifold"),
         (["moebius.off"], "oriented manifold"),
         (["moebius.off", "--scheme", "handout"], "oriented manifold"),
-        (["ball.off", "--until", "0"], "until must be a positive number"),
-        (["ball.off", "--cfl", "-1", "--force", "none"], "cfl must be a positive number"),
+        (["ball.off", "--until", "0"], "until ... positive"),
+        (["ball.off", "--cfl", "-1", "--force", "none"], "cfl ... positive"),
         (["ball.off", "--viscosity", "-1"], "viscosity"),
         (["ball.off", "--scheme", "handout", "--viscosity", "1"], "no viscosity"),
-        (["ball.off", "--restart", "none.npz"], "none.npz: there is no such file"),
-        (["ball.off", "--restart", "hole.npy"], "hole.npy holds no state"),
-        (["ball.off", "--restart", "ball.off"], "ball.off holds no state"),
+        (["ball.off", "--restart", "none.npz"], "none.npz ... no such file"),
+        (["ball.off", "--restart", "hole.npy"], "hole.npy ... no state"),
+        (["ball.off", "--restart", "ball.off"], "ball.off ... no state"),
     ],
 )
 def test_fluid_refusals(arguments: list[str], words: str, folder: Path) -> None:
@@ -175,10 +176,10 @@ def test_restart_into_another_series(folder: Path) -> None:
 @pytest.mark.parametrize(
     ("other", "words"),
     [
-        (["--dt", "0.02"], "dt = 0.01, not 0.02"),
-        (["--scheme", "fast"], "scheme = conservative, not rk4"),
-        (["--init", "rigid:z"], "init = rotation:x, not rigid:z"),
-        (["--every", "2"], "every = 3, not 2"),
+        (["--dt", "0.02"], "dt ... 0.01 ... 0.02"),
+        (["--scheme", "fast"], "scheme ... conservative ... rk4"),
+        (["--init", "rigid:z"], "init ... rotation:x ... rigid:z"),
+        (["--every", "2"], "every = 3"),
         (["-o", "other.pvd"], "other.pvd"),
     ],
 )

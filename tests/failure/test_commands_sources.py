@@ -8,6 +8,7 @@ from click import UsageError
 from geomhw.errors import FormatError
 from geomhw.mesh.primitives import grid, icosphere
 from geomhw_cli.specs.sources import SourceSpecs
+from support.messages import missing
 from support.program import run, save_off
 
 BALL, SHEET = icosphere(2), grid(6, 6)
@@ -54,12 +55,12 @@ def test_range_runs_forward() -> None:
 @pytest.mark.parametrize(
     ("content", "words"),
     [
-        (None, "there is no such file"),
+        (None, "no such file"),
         (b"", "empty file"),
         (b"# nothing\n\n", "nothing but blank lines"),
-        (b"1\n2 # two\n\n3 three\n", "line 4: 'three' is no source"),
-        (b"1\n@other.txt\n", "line 2: '@other.txt' is no source"),
-        (b"1\n9-3\n", "line 2: '9-3' runs backward"),
+        (b"1\n2 # two\n\n3 three\n", "line 4 ... 'three'"),
+        (b"1\n@other.txt\n", "line 2 ... '@other.txt' is no source"),
+        (b"1\n9-3\n", "line 2 ... '9-3' ... backward"),
         (b"\xff\xfe1\n", "no text file"),
     ],
 )
@@ -67,8 +68,9 @@ def test_bad_file(content: bytes | None, words: str) -> None:
     """One sentence with the name of the file, and the line."""
     if content is not None:
         Path("s.txt").write_bytes(content)
-    with pytest.raises(FormatError, match=rf"s\.txt.*{words}"):
+    with pytest.raises(FormatError) as caught:
         SourceSpecs.parse(["@s.txt"])
+    assert not missing(str(caught.value), f"s.txt ... {words}")
 
 
 @pytest.mark.parametrize("command", ["geodesic", "vecdiffuse"])
@@ -76,13 +78,13 @@ def test_bad_file(content: bytes | None, words: str) -> None:
     ("mesh", "arguments", "code", "words"),
     [
         ("ball.off", ["boundary"], 1, "the mesh has no boundary"),
-        ("ball.off", ["162"], 1, "source 162 is not a vertex: the mesh has 162 (0 to 161)"),
+        ("ball.off", ["162"], 1, "source 162 is not a vertex ... 0 to 161"),
         ("ball.off", ["3-99999999999999"], 1, "source 99999999999999 is not a vertex"),
-        ("ball.off", ["face:320"], 1, "face 320 does not exist: the mesh has 320 faces (0 to 319)"),
+        ("ball.off", ["face:320"], 1, "face 320 ... 320 faces ... 0 to 319"),
         ("ball.off", ["face:1:0.5,0.6,-0.1"], 1, "none may be negative"),
-        ("ball.off", ["face:1:0.5,0.6,0.1"], 1, "sum to 1.2; they must sum to 1"),
-        ("ball.off", ["@far.txt"], 1, "far.txt, line 3: source 900 is not a vertex"),
-        ("ball.off", ["@none.txt"], 1, "none.txt: there is no such file"),
+        ("ball.off", ["face:1:0.5,0.6,0.1"], 1, "sum to 1.2"),
+        ("ball.off", ["@far.txt"], 1, "far.txt, line 3 ... source 900"),
+        ("ball.off", ["@none.txt"], 1, "none.txt ... no such file"),
         ("ball.off", ["3;4"], 2, "'3;4' is no source"),
     ],
 )
@@ -93,6 +95,6 @@ def test_refused(command: str, mesh: str, arguments: list[str], code: int, words
     answer = run(command, mesh, "--source", *arguments)
     assert answer.exit_code == code
     assert answer.stdout == ""
-    assert words in answer.stderr.strip().splitlines()[-1]
+    assert not missing(answer.stderr.strip().splitlines()[-1], words)
     assert code == 2 or len(answer.stderr.strip().splitlines()) == 1
     assert sorted(path.name for path in folder.iterdir()) == before

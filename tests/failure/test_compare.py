@@ -10,6 +10,7 @@ from geomhw.errors import GeomhwError
 from geomhw.io import write
 from geomhw.mesh.primitives import icosphere
 from geomhw.results import Result
+from support.messages import missing
 from support.program import run, save_off
 
 BALL = icosphere(2)
@@ -27,28 +28,28 @@ def test_tolerances_are_checked(rtol):
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["a.off", "none.off"], "none.off: there is no such file"),
-        (["none.off", "a.off"], "none.off: there is no such file"),
-        (["none.csv", "a.csv"], "none.csv: there is no such file"),
-        (["none.pvd", "a.pvd"], "none.pvd: there is no such file"),
-        (["a.pvd", "lost.pvd"], "gone.vtp: there is no such file"),
-        (["a.pvd", "empty.pvd"], "empty.pvd is a series without frames"),
-        (["a.off", "a.csv"], "a.off (mesh) and a.csv (table) cannot be compared"),
+        (["a.off", "none.off"], "none.off ... no such file"),
+        (["none.off", "a.off"], "none.off ... no such file"),
+        (["none.csv", "a.csv"], "none.csv ... no such file"),
+        (["none.pvd", "a.pvd"], "none.pvd ... no such file"),
+        (["a.pvd", "lost.pvd"], "gone.vtp ... no such file"),
+        (["a.pvd", "empty.pvd"], "empty.pvd ... without frames"),
+        (["a.off", "a.csv"], "a.off (mesh) ... a.csv (table) ... cannot be compared"),
         (["a.xyz", "a.off"], "'.xyz' is not compared"),
-        (["bad.json", "a.json"], "bad.json cannot be read as JSON"),
-        (["bad.csv", "a.csv"], "row 0 has 1 cells where the header has 2"),
-        (["twice.csv", "a.csv"], "two columns 'u'"),
-        (["blank.csv", "a.csv"], "no line with the names"),
-        (["bad.npz", "bad.npz"], "bad.npz cannot be read as a numpy file"),
-        (["bad.mtx", "bad.mtx"], "bad.mtx cannot be read as Matrix Market"),
-        (["bad.png", "bad.png"], "bad.png cannot be read as a picture: it is no PNG"),
+        (["bad.json", "a.json"], "bad.json ... JSON"),
+        (["bad.csv", "a.csv"], "row 0 ... 1 cells ... 2"),
+        (["twice.csv", "a.csv"], "twice.csv ... two columns 'u'"),
+        (["blank.csv", "a.csv"], "blank.csv ... names"),
+        (["bad.npz", "bad.npz"], "bad.npz ... numpy file"),
+        (["bad.mtx", "bad.mtx"], "bad.mtx ... Matrix Market"),
+        (["bad.png", "bad.png"], "bad.png ... PNG"),
         (["a.off", "a.off", "--rtol", "-1"], "rtol is -1"),
         (["a.off", "a.off", "--rtol", "nan"], "rtol is nan"),
         (["a.off", "a.off", "--rtol", "much"], "not a valid float"),
         (["a.off", "a.off", "--ignore", "*"], "nothing is compared"),
         (["a.off", "a.off", "--diff", "d.png"], "--diff is for pictures"),
         (["a.off"], "Missing argument"),
-        (["folder.csv", "a.csv"], "folder.csv cannot be read: it is a folder"),
+        (["folder.csv", "a.csv"], "folder.csv ... it is a folder"),
     ],
 )
 def test_trouble_is_not_a_difference(arguments, words, folder):
@@ -71,7 +72,7 @@ def test_trouble_is_not_a_difference(arguments, words, folder):
     answer = run("compare", *arguments)
     assert answer.exit_code == 2
     assert answer.stdout == ""
-    assert words in answer.stderr
+    assert not missing(answer.stderr, words)
     assert len([line for line in answer.stderr.splitlines() if line.startswith("Error")]) == 1
 
 

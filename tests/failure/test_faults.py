@@ -16,6 +16,7 @@ from geomhw.io import read, replacing, write
 from geomhw.io.artifacts.series import read_series
 from geomhw.mesh.primitives import icosphere
 from geomhw.results import Field, Result
+from support.messages import missing
 from support.pictures import needs_opengl
 from support.program import contents, files_no_larger_than, run, save_off
 
@@ -63,7 +64,7 @@ def assert_refused(answer: Answer, *words: str, code: int = 1) -> None:
     assert len(lines) == 1, answer.stderr
     assert lines[0].startswith("Error: ")
     for word in words:
-        assert word in lines[0]
+        assert not missing(lines[0], word)
 
 
 # -- full disks and folders that may not be written to ----------------------------------------------------------------
@@ -104,7 +105,7 @@ def test_no_room_for_a_gif(folder: Path) -> None:
 
     before = contents(folder)
     noise = np.random.default_rng(0).integers(0, 256, (64, 64, 3), dtype=np.uint8)
-    with files_no_larger_than(4000), pytest.raises(FormatError, match=r"^cannot write f\.gif: File too large; raise"):
+    with files_no_larger_than(4000), pytest.raises(FormatError, match=r"^cannot write f\.gif.*File too large"):
         write_gif("f.gif", [noise, noise[::-1]])
     assert contents(folder) == before
 
@@ -128,9 +129,8 @@ def test_a_disk_that_is_full() -> None:
         "geomhw geodesic ../ball.off -o a.vtk -o b.ply; echo $?; ls -A; cat a.vtk"
     )
     assert answer.stdout.split() == ["1", "a.vtk", "old"], answer
-    assert answer.stderr == (
-        "Error: cannot write a.vtk, b.ply: No space left on device; make room, or write to another disk\n"
-    )
+    (line,) = answer.stderr.splitlines()
+    assert not missing(line, "Error: cannot write a.vtk, b.ply ... No space left on device ... another disk")
 
 
 @LINUX
@@ -151,7 +151,7 @@ def test_a_disk_that_is_full_after_some_frames(
     name, *options = command.split()
     outputs = ("-o", "f.pvd", "--csv", "f.csv", "--gif", "f.gif")
     answer = run(name, "ball.off", *options, "--steps", "3", "--every", "1", *outputs)
-    assert_refused(answer, f"cannot write f.{at:05d}.vtp: No space left on device; make room")
+    assert_refused(answer, f"cannot write f.{at:05d}.vtp", "No space left on device")
     expected = {f"f.{k:05d}.vtp" for k in range(at)} | ({"f.pvd", "f.vtp.series", "f.csv"} if at else set())
     state = {"f.restart.npz"} if at and name == "fluid" else set()
     assert {file for file in contents(folder) if file.lstrip(".").startswith("f.")} == expected | state
@@ -166,9 +166,8 @@ def test_a_folder_that_is_read_only() -> None:
         "geomhw geodesic ../ball.off --no-png; echo $?; ls -A"
     )
     assert answer.stdout.split() == ["1"], answer
-    assert answer.stderr == (
-        "Error: cannot write ball.geodesic.vtk: Read-only file system; write to a folder that you may write to\n"
-    )
+    (line,) = answer.stderr.splitlines()
+    assert not missing(line, "Error: cannot write ball.geodesic.vtk ... Read-only file system ... folder")
 
 
 @LINUX
@@ -180,7 +179,8 @@ def test_standard_output_that_is_full(command: str) -> None:
             [sys.executable, "-m", "geomhw_cli", *command.split()], stdout=full, stderr=subprocess.PIPE, text=True
         )
     assert answer.returncode == (2 if "compare" in command else 1)
-    assert answer.stderr == "Error: cannot write standard output: No space left on device\n"
+    (line,) = answer.stderr.splitlines()
+    assert not missing(line, "Error: ... standard output ... No space left on device")
 
 
 def test_a_film_that_ffmpeg_does_not_finish(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -193,7 +193,7 @@ def test_a_film_that_ffmpeg_does_not_finish(monkeypatch: pytest.MonkeyPatch) -> 
     Path("ffmpeg").write_text("#!/bin/sh\necho 'first' >&2; echo 'codec missing' >&2; exit 3\n")
     Path("ffmpeg").chmod(0o755)
     monkeypatch.setattr(imageio_ffmpeg, "get_ffmpeg_exe", lambda: os.path.abspath("ffmpeg"))
-    with pytest.raises(FormatError, match=r"^cannot write f\.mp4: codec missing$"):
+    with pytest.raises(FormatError, match=r"^cannot write f\.mp4.*codec missing$"):
         write_mp4("f.mp4", [np.zeros((300, 300, 3), np.uint8)] * 9)
     assert not [file for file in os.listdir() if "mp4" in file]
 
@@ -271,7 +271,7 @@ def test_an_interrupt_in_a_series_is_held_back(folder: Path) -> None:
     """kill amid a frame: the frame, its index and the state come to be, then the run ends and says how to go on."""
     answer = ended(signal.SIGTERM, 5, f"fluid ball.off {FLOW} --force none -o s.pvd", seconds=1)
     assert answer.returncode == 1
-    assert "go on with --restart s.restart.npz" in answer.stderr
+    assert "--restart s.restart.npz" in answer.stderr
     assert not [file for file in os.listdir() if file.startswith(".")]
     done = run("fluid", "ball.off", *FLOW.split(), "--force", "none", "-o", "s.pvd", "--restart", "s.restart.npz")
     assert done.exit_code == 0
@@ -351,7 +351,7 @@ def test_an_input_under_another_name(command: str, link: str, folder: Path) -> N
             target.symlink_to("between" if link == "chain" else source)
             if link == "chain":
                 Path("between").symlink_to(source)
-        refused(command, folder, f"it is the input {source}")
+        refused(command, folder, f"input {source}")
         target.unlink()
         Path("between").unlink(missing_ok=True)
 
@@ -367,7 +367,7 @@ def test_what_is_no_file(command: str, folder: Path) -> None:
     refused(command, folder, "there is no folder")
     target.unlink()
     target.symlink_to(target.name)
-    refused(command, folder, "a link that leads to itself")
+    refused(command, folder, "link ... to itself")
     target.unlink()
     target.symlink_to("/dev/null")
     refused(command, folder, "a device or a pipe")
@@ -390,7 +390,7 @@ def test_an_input_that_a_frame_would_replace(name: str, link: str, folder: Path)
     (os.link if link == "hard" else os.symlink)("ball.ply", name)
     before = contents_and_links(folder)
     answer = run(*f"advect ball.off {FLOW} --field ball.ply:v -o s.pvd".split())
-    assert_refused(answer, "cannot write s.pvd", "would be the input ball.ply")
+    assert_refused(answer, "cannot write s.pvd", "input ball.ply")
     assert contents_and_links(folder) == before
 
 
@@ -399,7 +399,7 @@ def test_a_field_of_a_state_is_not_replaced_by_one(folder: Path) -> None:
     run(*f"fluid ball.off {FLOW} --force none -o s.pvd".split())
     before = contents(folder)
     answer = run(*f"fluid ball.off {FLOW} --force none --color s.restart.npz:color -o s.pvd".split())
-    assert_refused(answer, "would be the input s.restart.npz")
+    assert_refused(answer, "input s.restart.npz")
     assert contents(folder) == before
 
 
@@ -411,7 +411,7 @@ def test_two_outputs_that_are_one_file(command: str, folder: Path) -> None:
     words = command.split()
     Path(words[-1]).symlink_to(words[-3])
     before = contents_and_links(folder)
-    assert_refused(run(*words), "two of the outputs would be this one file")
+    assert_refused(run(*words), "two of the outputs")
     assert contents_and_links(folder) == before
 
 
@@ -422,9 +422,8 @@ def test_names_that_are_no_letters() -> None:
     command = [sys.executable, "-m", "geomhw_cli", "advect", name, *FLOW.split()]
     answer = subprocess.run(command, capture_output=True, text=True)
     assert answer.returncode == 1
-    assert answer.stderr == (
-        "Error: cannot write b\\udcffll.advect.pvd: the name of a series stands in its index; use letters\n"
-    )
+    (line,) = answer.stderr.splitlines()
+    assert not missing(line, "Error: cannot write b\\udcffll.advect.pvd ... name of a series ... index")
     assert subprocess.run([*command[:3], "geodesic", name, "--no-png"], capture_output=True).returncode == 0
 
 
@@ -436,5 +435,5 @@ def test_an_error_without_a_name(folder: Path) -> None:
         with replacing(["a.txt", "b.txt"]):
             raise OSError(errno.ENOSPC, "No space left on device")
 
-    with pytest.raises(FormatError, match=r"^cannot write a\.txt, b\.txt: No space left on device; make room"):
+    with pytest.raises(FormatError, match=r"^cannot write a\.txt, b\.txt.*No space left on device"):
         fail()

@@ -14,6 +14,7 @@ from geomhw.io import read
 from geomhw.io.artifacts.table import read_csv
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from support.hostile import HOSTILE, save, source_of
+from support.messages import missing
 from support.program import run
 from support.reference import needs_reference, reference
 
@@ -65,9 +66,9 @@ REFUSALS: dict[str, dict[str, str]] = COPIES | {
     "book_5": SPINE,
     "moebius": ONE_SIDED,
     "klein": ONE_SIDED,
-    "huge_150": refused("vertex 12 is at 1e+150, beyond 1e+30", *COMMANDS),
-    "tiny_150": refused("the mesh is only 2e-150 across", *COMMANDS),
-    "tiny_310": refused("the mesh is only 2e-310 across", *COMMANDS),
+    "huge_150": refused("vertex 12 ... 1e+150 ... 1e+30", *COMMANDS),
+    "tiny_150": refused("mesh ... 2e-150 across", *COMMANDS),
+    "tiny_310": refused("mesh ... 2e-310 across", *COMMANDS),
     "far": STEP,  # a field of speed 10⁸
     "far_lost": POINT,
     "one_point": POINT,
@@ -209,7 +210,7 @@ def test_every_command(name: str) -> None:
         else:
             assert (answer.exit_code, answer.stdout) == (1, ""), command
             assert len(answer.stderr.splitlines()) == 1
-            assert words in answer.stderr, command
+            assert not missing(answer.stderr, words), command
         for path in [path for path in Path().iterdir() if path.name.startswith("out")]:
             assert words is None or path.suffix != ".vtu"
             path.unlink()
@@ -266,15 +267,13 @@ def test_reference_meshes(name: str) -> None:
         if words is None:
             holds(command, mesh, answer.stdout)
         else:
-            assert words in answer.stderr
+            assert not missing(answer.stderr, words)
 
 
 def test_wrong_distances_are_called_so() -> None:
     """Where slivers break the method, a line and the report say so, and what to do."""
     save(*HOSTILE["sheared_6"]())
-    assert (
-        "less than half the straight line: wrong; compute with --robust" in run("geodesic", "m.off", "--no-png").stdout
-    )
+    assert not missing(run("geodesic", "m.off", "--no-png").stdout, "72 ... straight line ... wrong ... --robust")
     assert json.loads(run("geodesic", "m.off", "--no-png", "--json").stdout)["too_short_distances"] == 72
     assert "too_short" not in run("geodesic", "m.off", "--no-png", "--refine", "--json").stdout
 

@@ -10,6 +10,7 @@ from geomhw.errors import FormatError
 from geomhw.io import check_outputs, replacing, write, write_png
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.results import Field, Result
+from support.messages import missing
 from support.program import contents
 
 MESH = TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
@@ -40,7 +41,7 @@ def test_a_full_disk_is_one_sentence(tmp_path, monkeypatch):
         raise OSError(errno.ENOSPC, "No space left on device", os.fspath(path))
 
     monkeypatch.setitem(write.__globals__["_WRITERS"], ".ply", full)
-    with pytest.raises(FormatError, match=r"^cannot write b\.ply: No space left on device; make room, .*$"):
+    with pytest.raises(FormatError, match=r"^cannot write b\.ply.*No space left on device.*room"):
         write(RESULT, [tmp_path / "a.vtp", tmp_path / "b.ply"])
     assert contents(tmp_path) == {"a.vtp": b"old"}
 
@@ -50,7 +51,7 @@ def test_a_folder_that_may_not_be_written_to(tmp_path, monkeypatch):
         raise PermissionError(errno.EACCES, "Permission denied", os.fspath(path))
 
     monkeypatch.setattr(os, "open", refuse)
-    with pytest.raises(FormatError, match=r"^cannot write a\.vtp: Permission denied; write to a folder"):
+    with pytest.raises(FormatError, match=r"^cannot write a\.vtp.*Permission denied.*folder"):
         write(RESULT, tmp_path / "a.vtp")
     assert contents(tmp_path) == {}
 
@@ -82,12 +83,10 @@ def refused(paths, inputs=()) -> str:
 def test_bad_outputs_are_named(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "folder.vtp").mkdir()
-    assert refused(["a.xyz"]) == (
-        "cannot write a.xyz: '.xyz' is not a format that is written here; known are .vtk .vtp .vtu .ply"
-    )
-    assert "a: the name has no extension" in refused(["a"])
+    assert not missing(refused(["a.xyz"]), "cannot write a.xyz ... '.xyz' ... known are .vtk .vtp .vtu .ply")
+    assert not missing(refused(["a"]), "cannot write a: ... no extension")
     assert "no folder none" in refused(["none/a.vtp"])
-    assert "folder.vtp: it is a folder" in refused(["folder.vtp"])
+    assert not missing(refused(["folder.vtp"]), "folder.vtp ... it is a folder")
     assert "two of the outputs" in refused(["a.vtp", "b.vtp", f"{tmp_path}/a.vtp"])
     assert "two of the outputs" in refused(["a.vtp", "a.vtp"])
     with pytest.raises(FormatError, match="it is a folder"), replacing(["folder.vtp"]):
@@ -100,7 +99,7 @@ def test_an_input_is_never_an_output(tmp_path, monkeypatch):
     (tmp_path / "symbolic.ply").symlink_to("in.ply")
     os.link("in.ply", "hard.ply")
     for name in ["in.ply", "./in.ply", f"{tmp_path}/in.ply", "symbolic.ply", "hard.ply"]:
-        assert refused([name], ["in.ply"]) == f"cannot write {name}: it is the input in.ply, which would be lost"
+        assert not missing(refused([name], ["in.ply"]), f"cannot write {name} ... input in.ply")
     assert "two of the outputs" in refused(["in.ply", "hard.ply"])
     assert refused(["new.ply"], ["new.ply"])
 

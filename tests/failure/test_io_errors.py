@@ -11,6 +11,7 @@ import pytest
 from geomhw.errors import FormatError, GeomhwError, MeshError
 from geomhw.io import READABLE, read, read_mesh
 from geomhw.io.formats.meshio_worker import extract
+from support.messages import missing
 from support.stl_files import POINTS, facets
 
 
@@ -23,17 +24,17 @@ def message(path) -> str:
 @pytest.mark.parametrize("extension", READABLE)
 def test_files_that_cannot_be_opened(tmp_path, extension):
     path = tmp_path / f"moo{extension}"
-    assert message(path) == f"{path}: there is no such file"
+    assert not missing(message(path), f"{path} ... no such file")
     path.touch()
-    assert message(path) == f"{path} is an empty file"
+    assert not missing(message(path), f"{path} ... empty file")
     path.unlink()
     path.mkdir()
-    assert message(path) == f"{path} cannot be read: it is a folder"
+    assert not missing(message(path), f"{path} ... cannot be read ... it is a folder")
 
 
 def test_extensions(tmp_path):
-    assert ".xyz' is not a mesh format that is read; known are .off .obj" in message(tmp_path / "moo.xyz")
-    assert "the name has no extension; known are" in message(tmp_path / "moo")
+    assert not missing(message(tmp_path / "moo.xyz"), "'.xyz' ... known are .off .obj")
+    assert not missing(message(tmp_path / "moo"), "no extension ... known are .off .obj")
     (tmp_path / "MOO.OFF").write_text("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n")
     assert read_mesh(str(tmp_path / "MOO.OFF")).n_faces == 1
 
@@ -43,7 +44,7 @@ def test_no_permission(tmp_path, monkeypatch):
         raise PermissionError(13, "Permission denied", os.fspath(self))
 
     monkeypatch.setattr("pathlib.Path.open", refuse)
-    assert message(tmp_path / "moo.off").endswith("moo.off cannot be read: permission denied")
+    assert not missing(message(tmp_path / "moo.off"), "moo.off ... cannot be read ... permission denied")
 
 
 @pytest.mark.parametrize("extension", READABLE)
@@ -75,7 +76,7 @@ def test_meshio_that_finds_no_end_is_ended(tmp_path):
     submit = time.monotonic()
     told = message(tmp_path / "moo.bdf")
     assert time.monotonic() - submit < 30
-    assert told.startswith("moo.bdf cannot be read as Nastran: not done after 1 s of computing")
+    assert not missing(told, "moo.bdf cannot be read as Nastran ... after 1 s")
 
 
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="limits on memory are Linux's")
@@ -88,28 +89,26 @@ def test_meshio_that_asks_for_all_memory_gets_none(tmp_path):
 def test_volumes_and_lines_are_refused(tmp_path):
     path = tmp_path / "moo.mesh"
     meshio.Mesh(POINTS, [("tetra", [[0, 1, 2, 3]])]).write(path)
-    assert message(path) == "moo.mesh holds volume cells (tetra) and no faces; extract its surface first"
+    assert not missing(message(path), "moo.mesh ... volume cells (tetra) ... no faces")
     meshio.Mesh(POINTS, [("line", [[0, 1]])]).write(path)
-    assert message(path) == "moo.mesh holds no triangles or polygons, only line"
+    assert not missing(message(path), "moo.mesh ... no triangles or polygons ... only line")
 
 
 def test_stl_errors(tmp_path):
     path = tmp_path / "moo.stl"
     one = facets(POINTS[:3])
     for data, part in {
-        b"\x01" * 50: "neither starts with 'solid' nor has a header of 84 bytes",
-        one.replace(b"solid", b"SOLUS")[:-10]: "says 1 triangles, but there are bytes for 0.8",
+        b"\x01" * 50: "'solid' ... header of 84 bytes",
+        one.replace(b"solid", b"SOLUS")[:-10]: "1 triangles ... 0.8",
         facets(): "holds no triangles",
         b"solid x\nendsolid\n": "holds no triangles",
         b"solid x\nvertex 0 0 0\nvertex 1 0 0\n": "holds 2 triangle corners",
-        b"solid x\nvertex 0 0 0\nvertex 1 zero 0\n": "line 3: 'zero' is not a number",
-        facets([[0, 0, 0], [np.nan, 0, 0], [0, 1, 0]]): "vertex 1 has a coordinate that is not a finite number",
-        facets(POINTS[[0, 1, 1]]): "face 0: face names vertex 1 twice",
+        b"solid x\nvertex 0 0 0\nvertex 1 zero 0\n": "line 3 ... 'zero' is not a number",
+        facets([[0, 0, 0], [np.nan, 0, 0], [0, 1, 0]]): "vertex 1 ... not a finite number",
+        facets(POINTS[[0, 1, 1]]): "face 0 ... vertex 1 twice",
     }.items():
         path.write_bytes(data)
-        said = message(path)
-        assert "moo.stl" in said
-        assert part in said
+        assert not missing(message(path), f"moo.stl ... {part}")
 
 
 def test_what_the_mesh_refuses_has_the_file_in_front(tmp_path):

@@ -7,6 +7,7 @@ from geomhw.errors import FieldError
 from geomhw.io import read_field, write
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.results import Field, Result
+from support.messages import missing
 
 # 4 vertices and 2 faces; and 3 of each.
 MESH = TriangleMesh([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
@@ -35,26 +36,26 @@ def refused(spec, mesh=MESH) -> str:
 
 def test_files_and_names_that_are_not_there(here):
     (here / "folder.npz").mkdir()
-    assert refused("none.vtp:u") == "none.vtp: there is no such file, in the field 'none.vtp:u'"
-    assert "none.npy: there is no such file" in refused("none.npy")
-    assert "folder.npz: it is a folder" in refused("folder.npz:u")
-    assert refused("moo.vtp:heat") == "moo.vtp has no array 'heat'; there are u, a:b, w"
-    assert refused("moo.vtp") == "moo.vtp: say which array, as in 'moo.vtp:NAME'; there are u, a:b, w"
+    assert not missing(refused("none.vtp:u"), "none.vtp ... no such file ... field 'none.vtp:u'")
+    assert not missing(refused("none.npy"), "none.npy ... no such file")
+    assert not missing(refused("folder.npz:u"), "folder.npz ... it is a folder")
+    assert not missing(refused("moo.vtp:heat"), "moo.vtp has no array 'heat' ... u, a:b, w")
+    assert not missing(refused("moo.vtp"), "say which array ... 'moo.vtp:NAME' ... u, a:b, w")
     assert "has no array 'dt'" in refused("moo.vtp:dt")
-    assert refused("all.npz:v") == "all.npz has no array 'v'; there are u, w, flag, half"
+    assert not missing(refused("all.npz:v"), "all.npz has no array 'v' ... u, w, flag, half")
     assert "say which array" in refused("all.npz")
-    assert refused("t.csv:v") == "t.csv has no array 'v'; there are u, x, y, z"
+    assert not missing(refused("t.csv:v"), "t.csv has no array 'v' ... u, x, y, z")
     assert "say which array" in refused("t.csv")
     assert "say which array" in refused("t.csv:x,")
     assert "leave ':u' away" in refused("u.npy:u")
     (here / "bare.off").write_text("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n")
-    assert refused("bare.off:u") == "bare.off has no array 'u'; it holds none"
+    assert not missing(refused("bare.off:u"), "bare.off has no array 'u' ... none")
     (here / "notes.txt").touch()
-    assert "no arrays are read from '.txt'; known are .npy .npz .csv .off" in refused("notes.txt:u")
+    assert not missing(refused("notes.txt:u"), "'.txt' ... known are .npy .npz .csv .off")
 
 
 def test_wrong_numbers_of_rows(here):
-    assert refused("u.npy", EVEN) == "u.npy has 4 rows; the mesh has 3 vertices and 3 faces"
+    assert not missing(refused("u.npy", EVEN), "u.npy has 4 rows ... 3 vertices ... 3 faces")
     (here / "short.csv").write_text("u\n")
     assert "short.csv:u has 0 rows" in refused("short.csv:u")
     np.save("deep.npy", np.zeros((4, 2, 2)))
@@ -70,33 +71,33 @@ def test_values_that_are_no_numbers(here):
     np.save("text.npy", np.array(["a", "b", "c", "d"]))
     np.save("complex.npy", U * 1j)
     np.save("object.npy", np.array([None] * 4))
-    assert refused("nan.npy") == "nan.npy: row 2 is not a finite number (4.0 nan)"
-    assert refused("inf.npy") == "inf.npy: row 1 is not a finite number (-inf)"
+    assert not missing(refused("nan.npy"), "nan.npy: row 2 ... finite ... (4.0 nan)")
+    assert not missing(refused("inf.npy"), "inf.npy: row 1 ... finite ... (-inf)")
     assert "not of real numbers" in refused("text.npy")
     assert "complex128, not of real numbers" in refused("complex.npy")
-    assert "cannot be read as a numpy file" in refused("object.npy")  # a pickle is not opened
+    assert not missing(refused("object.npy"), "object.npy ... numpy file")  # a pickle is not opened
 
 
 @pytest.mark.parametrize(
     ("text", "part"),
     [
-        ("u,v\n1,2\n3,abc\n", "row 1 of column 'v' is 'abc', which is not a number"),
-        ("u,v\n1,2\n3,\n", "row 1 of column 'v' is '', which is not a number"),
-        ("u,v\n1,2\n3\n", "row 1 ends before column 'v'"),
-        ("u,v\n1,2\n3,nan\n", "row 1 is not a finite number (nan)"),
+        ("u,v\n1,2\n3,abc\n", "row 1 ... 'v' ... 'abc' ... not a number"),
+        ("u,v\n1,2\n3,\n", "row 1 ... 'v' ... '' ... not a number"),
+        ("u,v\n1,2\n3\n", "row 1 ends ... 'v'"),
+        ("u,v\n1,2\n3,nan\n", "row 1 ... finite ... (nan)"),
         ("", "it holds none"),
     ],
 )
 def test_tables_with_holes(here, text, part):
     (here / "bad.csv").write_text(text)
-    assert part in refused("bad.csv:v")
+    assert not missing(refused("bad.csv:v"), part)
 
 
 def test_files_that_are_not_what_they_say(here):
     for name in ["x.npy", "x.npz"]:
         (here / name).write_bytes(b"rubbish")
-        assert "cannot be read as a numpy file" in refused(f"{name}:u" if name == "x.npz" else name)
+        assert not missing(refused(f"{name}:u" if name == "x.npz" else name), f"{name} ... numpy file")
     (here / "table.csv").write_bytes(b"\xff\xfe\x00")
-    assert "cannot be read as a table" in refused("table.csv:u")
+    assert not missing(refused("table.csv:u"), "table.csv ... as a table")
     (here / "u.npy").rename(here / "single.npz")
     assert "not an archive" in refused("single.npz:u")

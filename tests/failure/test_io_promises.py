@@ -9,6 +9,7 @@ from fuzz.targets import feed
 from geomhw.io.artifacts.checkpoint import write_checkpoint
 from geomhw.io.artifacts.numpy_file import read_numpy
 from geomhw.mesh.primitives import icosphere
+from support.messages import missing
 from support.program import run, save_off
 
 FOUND = Path(__file__).parents[1] / "fuzz" / "found"
@@ -17,22 +18,22 @@ FOUND = Path(__file__).parents[1] / "fuzz" / "found"
 @pytest.mark.parametrize(
     ("name", "words"),
     [
-        ("npy-a_terabyte", "an array of 137438953472 is promised, but there are 128 bytes"),
-        ("npz-a_terabyte", "an array of 137438953472 is promised, but there are 128 bytes"),
-        ("picture-81_million_pixels", "9000 x 9000 pixels do not fit into 69 bytes"),
-        ("mtx-an_entry_outside", "an entry lies outside of the matrix"),
-        ("mtx-a_billion_entries", "3000000000 numbers are promised"),
-        ("vtp-offsets_that_wrap", "the offsets of the cells do not ascend"),
-        ("vtp-offsets_that_are_no_whole_numbers", "the offsets of the cells are not whole numbers"),
-        ("vtp-a_block_that_unpacks_to_more_than_it_says", "a compressed block is not of the 120 bytes that are said"),
-        ("vtp-a_document_type", "it has a document type"),
-        ("vtp-four_coordinates", "has points of 4 coordinates"),
-        ("vtk-a_byte_of_300", "300 is none of the whole numbers of 1 bytes"),
+        ("npy-a_terabyte", "137438953472 ... promised ... 128 bytes"),
+        ("npz-a_terabyte", "137438953472 ... promised ... 128 bytes"),
+        ("picture-81_million_pixels", "9000 x 9000 pixels ... 69 bytes"),
+        ("mtx-an_entry_outside", "entry ... outside"),
+        ("mtx-a_billion_entries", "3000000000 numbers ... promised"),
+        ("vtp-offsets_that_wrap", "offsets ... do not ascend"),
+        ("vtp-offsets_that_are_no_whole_numbers", "offsets ... not whole numbers"),
+        ("vtp-a_block_that_unpacks_to_more_than_it_says", "compressed block ... 120 bytes"),
+        ("vtp-a_document_type", "document type"),
+        ("vtp-four_coordinates", "4 coordinates"),
+        ("vtk-a_byte_of_300", "300 ... 1 bytes"),
     ],
 )
 def test_the_reason_is_named(name: str, words: str) -> None:
     """Each check says its own sentence, before numpy or the system says another."""
-    assert words in (feed(name.split("-")[0], (FOUND / name).read_bytes()) or "")
+    assert not missing(feed(name.split("-")[0], (FOUND / name).read_bytes()) or "", words)
 
 
 def test_objects_are_not_loaded(tmp_path: Path) -> None:
@@ -49,4 +50,5 @@ def test_a_state_of_something_else(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     write_checkpoint("other.npz", {"run": {}, "mesh": "x", "step": 1}, {"color": np.ones(3)})
     answer = run("fluid", "ball.off", "--restart", "other.npz")
     assert answer.exit_code == 1
-    assert answer.stderr == ("Error: other.npz holds no state of a fluid; give the .restart.npz of an earlier run\n")
+    (line,) = answer.stderr.splitlines()
+    assert not missing(line, "Error: other.npz ... no state of a fluid ... .restart.npz")

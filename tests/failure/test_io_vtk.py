@@ -13,9 +13,9 @@ from support.vtk_files import BY_HAND, MESH, RESULT
 
 
 def test_what_is_no_number_is_not_written(tmp_path):
-    with pytest.raises(FieldError, match="field 'z' cannot be written: its values are complex128"):
+    with pytest.raises(FieldError, match=r"field 'z'.*complex128"):
         write(Result(MESH, [Field("z", "vertex", np.ones(4) * 1j)]), tmp_path / "moo.vtp")
-    with pytest.raises(FieldError, match="two vertex fields are named 'u'"):
+    with pytest.raises(FieldError, match=r"two vertex fields.*'u'"):
         write(Result(MESH, [Field("u", "vertex", np.ones(4))] * 2), tmp_path / "moo.vtp")
     assert not list(tmp_path.iterdir())
 
@@ -49,13 +49,13 @@ def test_legacy_errors_are_named(tmp_path, text):
 
 
 XML_WRONG = {
-    "not XML": (lambda text: "hello", "not a whole VTK XML file"),
-    "cut": (lambda text: text[:-40], "not a whole VTK XML file"),
-    "other kind": (lambda text: text.replace("PolyData", "ImageData"), "holds VTK ImageData, not PolyData"),
+    "not XML": (lambda text: "hello", "whole VTK XML file"),
+    "cut": (lambda text: text[:-40], "whole VTK XML file"),
+    "other kind": (lambda text: text.replace("PolyData", "ImageData"), "ImageData.*PolyData"),
     "compressor": (lambda text: text.replace("header_type", 'compressor="vtkLZ4DataCompressor" header_type'), "LZ4"),
-    "no base64": (lambda text: text.replace('format="binary">', 'format="binary">A'), "not a whole VTK XML file"),
+    "no base64": (lambda text: text.replace('format="binary">', 'format="binary">A'), "whole VTK XML file"),
     "a point missing": (lambda text: re.sub(r".{32}</DataArray>", "</DataArray>", text, count=2), "ends early"),
-    "bad type": (lambda text: text.replace('Int32" Name="conn', 'Text" Name="conn'), "not a whole VTK XML file"),
+    "bad type": (lambda text: text.replace('Int32" Name="conn', 'Text" Name="conn'), "whole VTK XML file"),
     "no piece": (lambda text: text.replace('Points="4"', 'Points="0"'), "0 pieces with points"),
     "no polys": (lambda text: text.replace("Polys>", "Polls>"), "no cells"),
 }
@@ -78,5 +78,5 @@ def test_xml_errors_are_named(tmp_path, case):
 def test_a_grid_of_tetrahedra_is_refused(tmp_path):
     grid = pyvista.UnstructuredGrid({10: np.array([[0, 1, 2, 3]])}, MESH.vertices)
     grid.save(tmp_path / "moo.vtu")
-    with pytest.raises(FormatError, match=r"moo\.vtu holds tetra cells; a surface is made of triangles"):
+    with pytest.raises(FormatError, match=r"moo\.vtu.*tetra.*triangles"):
         read(tmp_path / "moo.vtu")

@@ -9,10 +9,10 @@ from support.hostile import hostile
 @pytest.mark.parametrize(
     ("name", "words"),
     [
-        ("moebius", "a flow needs an oriented manifold, but this surface is one-sided"),
-        ("turned_grid", r"the two faces at edge 0-10 \(88 such edges\) disagree"),
-        ("book_3", r"but 3 faces meet at edge 0-7 \(6 such edges\)$"),
-        ("doubled", r"but 3 faces meet at edge 0-42 \(67 such edges\); face 320 is a copy of face 5"),
+        ("moebius", "a flow .*oriented manifold.*one-sided"),
+        ("turned_grid", r"edge 0-10 \(88 such edges\) disagree"),
+        ("book_3", r"3 faces meet at edge 0-7 \(6 .*edges\)$"),
+        ("doubled", r"3 faces meet at edge 0-42 \(67 .*edges\).*face 320 .*copy.* face 5"),
     ],
 )
 def test_what_is_not_oriented_is_named(name: str, words: str) -> None:

@@ -43,7 +43,7 @@ def headless_linux(monkeypatch):
 def test_no_library_is_one_sentence(monkeypatch, headless_linux):
     """A RenderError that names the packages, before VTK, which would crash, is asked for a window."""
     monkeypatch.setattr(ctypes, "CDLL", _no_library)
-    with pytest.raises(RenderError, match=r"no OpenGL library .* apt install libegl1 libgl1-mesa-dri$"):
+    with pytest.raises(RenderError, match=r"no OpenGL library.*apt install libegl1 libgl1-mesa-dri$"):
         draw(BALL, [Panel()])
 
 

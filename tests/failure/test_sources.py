@@ -22,10 +22,10 @@ from support.meshes import zoo_mesh
 @pytest.mark.parametrize(
     ("place", "words"),
     [
-        (lambda m: face_point(m, 640), r"face 640 does not exist: the mesh has 640 faces \(0 to 639\)"),
+        (lambda m: face_point(m, 640), r"face 640 .*640 faces \(0 to 639\)"),
         (lambda m: face_point(m, -1), "face -1 does not exist"),
-        (lambda m: face_point(m, 3, [0.5, 0.7, -0.2]), "0.5, 0.7, -0.2 lie outside of face 3; none may be negative"),
-        (lambda m: face_point(m, 3, [0.5, 0.2, 0.2]), r"sum to 0\.9; they must sum to 1"),
+        (lambda m: face_point(m, 3, [0.5, 0.7, -0.2]), "0.5, 0.7, -0.2 .*outside .*face 3.*negative"),
+        (lambda m: face_point(m, 3, [0.5, 0.2, 0.2]), r"sum to 0\.9"),
         (lambda m: face_point(m, 3, [0.5, 0.5]), "three barycentric coordinates"),
         (lambda m: face_point(m, 3, [np.nan, 0.5, 0.5]), "three barycentric coordinates"),
         (lambda m: vertex_range(m, 3, 10**15), "source 1000000000000000 is not a vertex"),
@@ -44,7 +44,7 @@ def test_vectors_within_faces_refused() -> None:
     """Normal to the face, or two vectors at one point."""
     mesh = zoo_mesh("sphere")
     point = face_point(mesh, 7)
-    with pytest.raises(FieldError, match=r"source face 7 \(0.333333, .* is normal to the surface"):
+    with pytest.raises(FieldError, match=r"source face 7 \(0.333333, .*normal to the surface"):
         VectorHeat(mesh).from_sources(point, mesh.face_normals[[7]])
-    with pytest.raises(FieldError, match=r"source face 7 .* is given twice, with different vectors"):
+    with pytest.raises(FieldError, match=r"source face 7 .*twice.*different vectors"):
         VectorHeat(mesh).from_sources(concatenate([point, point]), [[1, 0, 0], [0, 1, 0]])

@@ -11,12 +11,12 @@ from support.meshes import zoo_mesh
 @pytest.mark.parametrize(
     ("sources", "vectors", "words"),
     [
-        ([0, 0], [[1, 0, 0], [0, 1, 0]], "source 0 is given twice, with different vectors"),
+        ([0, 0], [[1, 0, 0], [0, 1, 0]], "source 0 .*twice.*different vectors"),
         ([0], [[0, 0, 0]], "zero"),
         ([0], [[0, np.nan, 0]], "not finite"),
         ([0], [[np.inf, 0, 0]], "not finite"),
         ([0], [[0, 0, 2]], "normal to the surface"),
-        ([0, 1], [[1, 0, 0]], "2 sources need as many vectors"),
+        ([0, 1], [[1, 0, 0]], "2 sources.*vectors"),
         ([999], [[1, 0, 0]], "source 999 is not a vertex"),
     ],
 )

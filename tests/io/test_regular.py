@@ -13,6 +13,7 @@ from geomhw.io import read
 from geomhw.io.formats import decimal_parser, off_read, uniform_lines
 from geomhw.io.formats.uniform_lines import parse_lines, parse_regular
 from geomhw.mesh.primitives import icosphere
+from support.messages import missing
 from support.number_texts import FIXED, FLOATS, WRITTEN, as_text, bits
 from support.off_files import BODY, SAME, load
 from support.reference import needs_reference, reference
@@ -101,26 +102,26 @@ def test_without_simdjson_all_is_the_same(monkeypatch, tmp_path, dialect):
 
 
 FAULTS = {
-    "face out of range": ("\n3 162 ", "\n3 642 ", "face names vertex 642, but there are 642"),
-    "a vertex twice": ("\n3 0 162 164\n", "\n3 0 164 164\n", "face names vertex 164 twice"),
-    "a count that is greater": ("\n642 1280 0\n", "\n642 1281 0\n", "ends after 1280 of 1281 faces"),
-    "one that is smaller": ("\n642 1280 0\n", "\n642 1279 0\n", "line 1924: the file goes on"),
+    "face out of range": ("\n3 162 ", "\n3 642 ", "vertex 642 ... 642"),
+    "a vertex twice": ("\n3 0 162 164\n", "\n3 0 164 164\n", "vertex 164 twice"),
+    "a count that is greater": ("\n642 1280 0\n", "\n642 1281 0\n", "1280 of 1281 faces"),
+    "one that is smaller": ("\n642 1280 0\n", "\n642 1279 0\n", "line 1924 ... goes on"),
     "no number": ("\n3 0 162 164\n", "\n3 0 16_2 164\n", "'16_2' is not a number"),
     "a bracket": ("\n3 0 162 164\n", "\n3 0 [162] 164\n", "'[162]' is not a number"),
     "a comma": ("\n3 0 162 164\n", "\n3 0,162 164\n", "'0,162' is not a number"),
-    "a polygon of four in a line of three": ("\n3 638 641 159\n", "\n4 638 641 159\n", "says 4 corners, but 3 follow"),
-    "too few": ("\n3 0 162 164\n", "\n3 0 162\n", "says 3 corners, but 2 follow"),
+    "a polygon of four in a line of three": ("\n3 638 641 159\n", "\n4 638 641 159\n", "4 corners ... 3 follow"),
+    "too few": ("\n3 0 162 164\n", "\n3 0 162\n", "3 corners ... 2 follow"),
     "an index of more than four bytes": ("\n3 0 162 164\n", "\n3 0 162 4294967460\n", "vertex 4294967460"),
 }
 
 
 @pytest.mark.parametrize("fault", FAULTS)
 def test_faults_of_regular_files_are_told_by_the_general_way(tmp_path, fault):
-    before, after, sentence = FAULTS[fault]
+    before, after, keywords = FAULTS[fault]
     assert before in SPHERE
     with pytest.raises(FormatError) as caught:
         read(load(tmp_path, SPHERE.replace(before, after)))
-    assert sentence in str(caught.value)
+    assert not missing(str(caught.value), keywords)
 
 
 @pytest.mark.parametrize(

@@ -94,7 +94,7 @@ def test_points_as_they_were(tmp_path: Path) -> None:
     for field in expected.fields:
         assert found[field.name].dtype == np.asarray(field.values).dtype
         np.testing.assert_array_equal(found[field.name], field.values)
-    with pytest.raises(KeyError, match="no field 'v'; there are u, id, past, times"):
+    with pytest.raises(KeyError, match=r"no field 'v'.*u, id, past, times"):
         found["v"]
     with pytest.raises(FormatError, match="no faces, only vertex cells"):
         read(tmp_path / "a.vtp")

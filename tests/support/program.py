@@ -10,6 +10,7 @@ from click.testing import Result as Answer
 
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw_cli.main import program
+from support.messages import missing
 
 
 def run(*arguments: str | Path) -> Result:
@@ -40,7 +41,7 @@ def one_line(answer: Answer, *words: str) -> None:
     assert answer.stdout == ""
     (line,) = answer.stderr.strip().splitlines()
     for word in words:
-        assert word in line
+        assert not missing(line, word)
 
 
 def contents(folder: Path) -> dict[str, bytes]:
