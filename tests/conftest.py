@@ -12,12 +12,12 @@ from geomhw.mesh.triangle_mesh import TriangleMesh
 pytest.register_assert_rewrite("support", "fuzz")
 from support.meshes import CLOSED, ZOO, zoo_mesh  # noqa: E402 - after its asserts are registered
 
-# The same examples every time; HYPOTHESIS_PROFILE=long looks for new ones.
+# Examples are the same in each run; HYPOTHESIS_PROFILE=long searches for new ones.
 settings.register_profile("ci", derandomize=True, database=None, deadline=None, max_examples=25)
 settings.register_profile("long", derandomize=False, database=None, deadline=None, max_examples=2000)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "ci"))
 
-# A shell starts what runs in its background with interrupts ignored, and that is inherited; tests send themselves some.
+# Background processes of a shell inherit ignored interrupts; some tests interrupt themselves.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 

@@ -15,12 +15,12 @@ INTEGRATORS: tuple[Integrator, ...] = ("taylor3", "expm")
 
 @pytest.mark.parametrize("integrator", INTEGRATORS)
 def test_quarter_turn_is_downstream(integrator: Integrator) -> None:
-    """A quarter of a turn, where going upstream would be wrong by as much as the function varies."""
+    """A function turned by 90° matches the exact one to 1 %; carried upstream it would be wrong everywhere."""
     assert turned_error(4, integrator, np.pi / 2)[0] < 0.01
 
 
 def test_blob_is_found_downstream() -> None:
-    """The middle of a blob on the equator moves with the flow, counterclockwise."""
+    """A blob on the equator moves with the flow: after time 1 its center stands at an angle of 1 radian."""
     mesh = icosphere(4)
     start = int((mesh.vertices @ [1, 0, 0]).argmax())
     carried = FlowMap(mesh, rigid_field(mesh, Z)).carry(blob(mesh, start), 1.0)
@@ -45,7 +45,7 @@ def test_handouts_defaults() -> None:
 
 
 def test_hues_along_an_axis() -> None:
-    """From -1 to 1 over the mesh they are those of z, and they stay so at any size, place and way it is turned."""
+    """Hue stripes along an axis depend on the relative height only: not on scale, position or orientation."""
     mesh = icosphere(2)
     given = hue_stripes(mesh)
     np.testing.assert_allclose(hue_stripes(mesh, np.array([0, 0, 5.0])), given, atol=1e-12)

@@ -9,7 +9,7 @@ from geomhw.operators.parallel_transport import edge_transport
 
 
 def test_intrinsic_directions_follow_the_edges() -> None:
-    """On a sphere the stretched angles are the directions of the projected edges, up to O(h²) of holonomy."""
+    """On the sphere, rescaled corner angles give the directions of projected edges, with an error of order h²."""
     mesh = icosphere(4)
     low, high = edge_directions(mesh)
     i, j = mesh.edges.T
@@ -20,7 +20,7 @@ def test_intrinsic_directions_follow_the_edges() -> None:
 
 
 def test_holonomy_is_curvature() -> None:
-    """Transport round a face of the unit sphere turns by the face's share of the curvature, 4π in all."""
+    """Transport round a face turns a vector by the curvature of the face; the total is 4π."""
     mesh = icosphere(3)
     table = mesh.edge_table
     for connection in ("normals", "intrinsic"):

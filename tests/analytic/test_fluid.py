@@ -25,12 +25,9 @@ from support.meshes import zoo_mesh
 SCHEMES = ("conservative", "rk4", "stable-fluids")
 
 
-# -- the handout's scheme ----------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(("advection", "kept"), [("full", (0.16, 0.37)), ("increment", (0.65, 0.80))])
 def test_handout_dissipates_as_known(advection: Advection, kept: tuple[float, float]) -> None:
-    """Energy left of a wave after one revolution at Courant number ½, on 642 and 2,562 vertices, within a tenth."""
+    """The handout's scheme keeps known shares of a wave's energy after one revolution, within 10 %."""
     for level, expected in zip((3, 4), kept, strict=True):
         mesh = icosphere(level)
         scheme, V = StableFluidsScheme(mesh, advection), wave_velocity(mesh)
@@ -42,7 +39,7 @@ def test_handout_dissipates_as_known(advection: Advection, kept: tuple[float, fl
 
 
 def test_coefficients_are_named() -> None:
-    """Rigid rotation of a cylinder: circulation round its ends 2πr², one against the other; a handle has two fields."""
+    """A rotating cylinder has circulations ±2πr² at its ends; a torus has two harmonic coefficients."""
     band = cylinder_band(64, 8)
     scheme = ConservativeScheme(band)
     start = scheme.start(rigid_field(band, Z), np.zeros(band.n_vertices))
@@ -60,7 +57,7 @@ def test_coefficients_are_named() -> None:
 
 
 def test_harmonic_flow_is_steady() -> None:
-    """On a symmetric torus a flow round the hole without vorticity stays as it is."""
+    """On a symmetric torus the harmonic flow round the hole is steady."""
     mesh = torus(32, 16)
     scheme = ConservativeScheme(mesh)
     V = scheme.model.harmonic[0]
@@ -70,7 +67,7 @@ def test_harmonic_flow_is_steady() -> None:
 
 
 def test_viscosity_damps_a_mode_as_it_must() -> None:
-    """The vorticity of a rigid rotation, an eigenfunction to -2, decays by backward Euler's 1/(1 + 2ν dt) a step."""
+    """Viscosity damps a rigid rotation by the factor 1/(1 + 2ν dt) per step of backward Euler."""
     mesh = icosphere(4)
     scheme = ConservativeScheme(mesh, filter=False, viscosity=0.1)
     start = scheme.start(rigid_field(mesh, Z), np.zeros(mesh.n_vertices))
@@ -80,7 +77,7 @@ def test_viscosity_damps_a_mode_as_it_must() -> None:
 
 
 def test_color_keeps_its_bounds() -> None:
-    """After a whole turn a disc with a sharp edge has not left [0, 1] and still stands out."""
+    """The color of a disc with a sharp edge stays within [0, 1] after one turn, and its contrast stays."""
     mesh = icosphere(4)
     scheme = ConservativeScheme(mesh)
     disc = (mesh.vertices @ [1, 0, 0] > 0.7).astype(float)
@@ -93,7 +90,7 @@ def test_color_keeps_its_bounds() -> None:
 
 @pytest.mark.parametrize("courant", [0.5, 1.0, 2.0])
 def test_color_comes_back_from_a_turn(courant: float) -> None:
-    """A bump carried once round the sphere is where it was, and as high, whatever the Courant number."""
+    """A bump carried once round the sphere returns to its place and height, at each Courant number."""
     mesh = icosphere(4)
     dye, V = PassiveScalar(VorticityModel(mesh)), rigid_field(mesh, np.array([0.3, 0.5, 0.8]))
     D = DirectionalDerivative(mesh)(V)
@@ -108,7 +105,7 @@ def test_color_comes_back_from_a_turn(courant: float) -> None:
 
 @pytest.mark.parametrize("scheme", SCHEMES)
 def test_color_goes_downstream(scheme: str) -> None:
-    """The dye moves as the flow map moves it, whatever the scheme."""
+    """Every scheme carries the color downstream: after time 1 its center stands at an angle of 1 radian."""
     mesh = icosphere(3)
     stepper = scheme_of(mesh, scheme, advection="increment")  # type: ignore[arg-type]
     start = int((mesh.vertices @ [1, 0, 0]).argmax())
@@ -117,11 +114,8 @@ def test_color_goes_downstream(scheme: str) -> None:
     assert np.arctan2(y, x) == pytest.approx(1.0, abs=0.1)
 
 
-# -- initial flows ------------------------------------------------------------------------------------------------
-
-
 def test_rossby_haurwitz_starts_as_given() -> None:
-    """The command's wave is the exact one at time 0, wherever the sphere lies and whatever its size."""
+    """The initial Rossby-Haurwitz wave has the exact vorticity on a sphere of any position and size."""
     mesh = icosphere(4)
     far = TriangleMesh(3 * mesh.vertices + np.array([5.0, -7.0, 2.0]), mesh.faces)
     for sphere in (mesh, far):
@@ -135,7 +129,7 @@ def test_rossby_haurwitz_starts_as_given() -> None:
 
 
 def test_vortices_have_their_circulation() -> None:
-    """A pair of opposite vortices: the vorticity round each sums to its circulation."""
+    """The vorticity round each of two opposite vortices sums to the vortex's circulation."""
     mesh = icosphere(4)
     model = ConservativeScheme(mesh).model
     a, b = 0, int((mesh.vertices @ mesh.vertices[0]).argmin())
@@ -145,11 +139,8 @@ def test_vortices_have_their_circulation() -> None:
     assert q[~near].sum() == pytest.approx(-2, rel=1e-3)
 
 
-# -- forces, runs, refusals --------------------------------------------------------------------------------------
-
-
 def test_handouts_jet() -> None:
-    """(0.2 h/dt)(cos 0.2πt, sin 0.2πt, 0), its tangential part, on faces within a twentieth of the top."""
+    """The jet is the tangential part of (0.2 h/dt)(cos 0.2πt, sin 0.2πt, 0), on faces near the top only."""
     mesh = icosphere(4)
     dt = 0.0005
     push = top_jet(mesh, dt)(2.5)
@@ -162,7 +153,7 @@ def test_handouts_jet() -> None:
 
 @pytest.mark.parametrize("scheme", SCHEMES)
 def test_force_drives_the_flow(scheme: str) -> None:
-    """From rest, one step of a solenoidal force gives dt times it, to a step's order."""
+    """From rest, one step under a solenoidal force F gives the velocity dt F to first order."""
     mesh = zoo_mesh("sphere")
     stepper = scheme_of(mesh, scheme)  # type: ignore[arg-type]
     push = HelmholtzDecomposition(mesh)(np.cross([1.0, 0, 0], mesh.face_centers))["coexact"]

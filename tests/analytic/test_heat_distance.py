@@ -15,7 +15,7 @@ from support.reference import needs_reference, reference
 @needs_reference
 @pytest.mark.parametrize("source", [[868], None])
 def test_golden_values(source: list[int] | None) -> None:
-    """Every value of an independent implementation, on the handout's mesh with the handout's defaults."""
+    """Heat, divergence and distance equal those of an independent implementation, on the handout's mesh."""
     from geomhw.io import read_mesh
 
     mesh = read_mesh(reference("meshes/closed/moomoo.off"))
@@ -31,7 +31,7 @@ def test_golden_values(source: list[int] | None) -> None:
 
 
 def test_no_silent_underflow() -> None:
-    """On a strip of 3000 cells heat fades 1000 orders below the smallest double; the far end is still right."""
+    """On a strip of 3000 cells, where heat underflows by 1000 orders of magnitude, far distances are within 1 %."""
     mesh = strip(3000)
     for time in ("auto", "0.3*h2", "h2", "20*h2"):
         result = HeatDistance(mesh, time).from_vertices([0])
@@ -41,7 +41,7 @@ def test_no_silent_underflow() -> None:
 
 
 def test_several_sources() -> None:
-    """Zero at each source, nowhere negative, and close to the least of the single distances."""
+    """From three vertices: zero at each source only, and close to the least of the three exact distances."""
     mesh = icosphere(4)
     sources = [0, 500, 1700]
     distance = heat_distance(mesh, sources)
@@ -51,7 +51,7 @@ def test_several_sources() -> None:
 
 
 def test_sources_in_a_row() -> None:
-    """From one side of a square, distance is the height above it."""
+    """From one side of a square, the distance is the height above that side."""
     mesh = grid(20, 20, 1.0, 1.0)
     y = mesh.vertices[:, 1] - mesh.vertices[:, 1].min()
     side = np.flatnonzero(y == 0)
@@ -61,14 +61,14 @@ def test_sources_in_a_row() -> None:
 
 
 def flat_error(mesh: TriangleMesh, exact: np.ndarray, source: int, robust: bool) -> float:
-    """Mean relative error in %, at t = h²."""
+    """Return the mean relative error in %, at t = h²."""
     distance = heat_distance(mesh, [source], "h2", robust=robust, refine=False)
     others = np.arange(mesh.n_vertices) != source
     return 100 * float(np.mean(np.abs(distance - exact)[others] / exact[others]))
 
 
 def test_robust_on_slivers() -> None:
-    """On a flat parallelogram sheared by 20 the plain method fails altogether; the robust one gives |x - y|."""
+    """On a flat grid sheared by 20, `robust` is within 1.5 % of the exact distance; the plain method fails."""
     mesh = sheared(24, 20.0)
     for source in (0, 312, 400):
         exact = np.linalg.norm(mesh.vertices - mesh.vertices[source], axis=1)
@@ -77,7 +77,7 @@ def test_robust_on_slivers() -> None:
 
 
 def test_robust_where_faces_have_no_area() -> None:
-    """Faces without area do no harm: distances are as good as without them; face fields are zero there."""
+    """Faces of zero area do not change robust distances; face fields are zero there."""
     mesh, clean = split_diagonals(), grid(16, 16, diagonal="uniform")
     assert mesh.degenerate_faces.size == 256
     for source in (0, 150):
@@ -93,7 +93,7 @@ def test_robust_where_faces_have_no_area() -> None:
 
 
 def test_robust_where_three_pages_meet() -> None:
-    """On a book of flat pages the way from page to page is straight once the two are laid flat."""
+    """On flat pages that meet in one edge, the distance between pages is the straight line of the unfolded pair."""
     mesh = book(3, 20)
     across = np.hypot(*mesh.vertices[:, :2].T)
     page = np.round(np.arctan2(mesh.vertices[:, 1], mesh.vertices[:, 0]) * 3 / (2 * np.pi)).astype(int) % 3
@@ -104,7 +104,7 @@ def test_robust_where_three_pages_meet() -> None:
 
 
 def test_robust_has_no_underflow() -> None:
-    """Beyond the reach of doubles too, over both sides of a long strip of slivers."""
+    """Robust distances are within 1 % at the far end of a strip of 3000 slanted cells."""
     mesh = strip(3000)
     slanted = TriangleMesh(mesh.vertices + 3 * mesh.vertices[:, [1, 2, 2]], mesh.faces)
     distance = heat_distance(slanted, [0], "h2", robust=True)
@@ -114,7 +114,7 @@ def test_robust_has_no_underflow() -> None:
 
 
 def test_average_is_best_next_to_the_boundary() -> None:
-    """On a flat square the mean of both conditions halves the error of each there, from inside and from near a side."""
+    """On a square, the mean of both boundary conditions has less error at the boundary than each of them."""
     mesh = grid(40, 40)
     for source in (20 * 41 + 20, 4 * 41 + 4):
         exact = np.linalg.norm(mesh.vertices - mesh.vertices[source], axis=1)[mesh.boundary_vertices]
@@ -127,7 +127,7 @@ def test_average_is_best_next_to_the_boundary() -> None:
 
 
 def test_boundary_conditions_at_any_extent() -> None:
-    """Three cells wide and 1,500 long: the average is right at the far end, where plain heat has underflown."""
+    """On a strip of 1,500 cells, where heat underflows, the averaged condition is within 0.5 % at the far end."""
     mesh = grid(1500, 3, width=1500.0, height=3.0)
     result = HeatDistance(mesh, "h2", boundary="average").from_vertices([1501 + 0])
     exact = np.linalg.norm(mesh.vertices - mesh.vertices[1501], axis=1)

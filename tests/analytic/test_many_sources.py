@@ -8,7 +8,7 @@ from geomhw.mesh.surface_points import vertex_points
 
 
 def test_symmetry_is_that_of_the_mesh() -> None:
-    """Distances between the twelve corners of an icosphere: three different ones, in the numbers 1, 5, 5, 1."""
+    """Between the 12 corners of an icosphere there are three positive distances, 5, 5 and 1 times."""
     mesh = icosphere(4)
     rows = HeatDistance(mesh, "h2", queries=12).rows([vertex_points(mesh, [v]) for v in range(12)])[:, :12]
     np.testing.assert_allclose(np.sort(rows, axis=1), np.tile(np.sort(rows[0]), (12, 1)), rtol=1e-12, atol=1e-12)

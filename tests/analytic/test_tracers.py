@@ -13,7 +13,7 @@ from support.exact import Z
 
 @pytest.mark.parametrize("direction", [(1.0, 0.0), (0.0, -1.0), (1.0, 1.0), (0.83, 0.31)])
 def test_straight_lines(direction: tuple[float, float]) -> None:
-    """A uniform flow on a flat grid, along its edges too: x + tV to rounding, for as long as that is on the grid."""
+    """In a uniform flow on a flat grid, a particle moves to x + tV, to rounding."""
     mesh = grid(16, 12, 4.0, 3.0)
     V = np.tile([*direction, 0.0], (mesh.n_faces, 1))
     tracer = Tracer(mesh)
@@ -26,7 +26,7 @@ def test_straight_lines(direction: tuple[float, float]) -> None:
 
 
 def test_along_the_edges_of_a_grid() -> None:
-    """Particles that start on edges and vertices, and go along edges, through vertices, do so exactly."""
+    """Particles on vertices and edge midpoints move along grid edges exactly, also through vertices."""
     mesh = grid(10, 10, 10.0, 10.0, diagonal="uniform")
     V = np.tile([1.0, 0.0, 0.0], (mesh.n_faces, 1))
     inner = np.flatnonzero((mesh.face_centers[:, 0] < 3) & (np.abs(mesh.face_centers[:, 1] - 5) < 3))
@@ -39,7 +39,7 @@ def test_along_the_edges_of_a_grid() -> None:
 
 
 def test_round_a_cylinder() -> None:
-    """Flow round a prism of 24 sides at 15° a unit of time: after 24 everything is where it was, after 1 a side on."""
+    """Round a prism of 24 sides, particles advance by one side per unit of time, to rounding."""
     mesh = cylinder_band(24, 6)
     V = tangential(mesh, np.cross(Z, mesh.face_centers))
     V *= (2 * np.sin(np.pi / 24) / np.linalg.norm(V, axis=1))[:, None]
@@ -54,13 +54,13 @@ def test_round_a_cylinder() -> None:
 
 
 def two_faces(left: list[float], right: list[float]) -> tuple[TriangleMesh, np.ndarray]:
-    """A long edge from (0, 0) to (0, 10) with a face on either side, and a vector on each."""
+    """Return two faces on either side of an edge from (0, 0) to (0, 10), and a vector on each."""
     mesh = TriangleMesh([[0, 0, 0], [0, 10, 0], [-8, 5, 0], [8, 5, 0]], [[0, 1, 2], [1, 0, 3]])
     return mesh, np.array([[*left, 0.0], [*right, 0.0]])
 
 
 def test_against_each_other() -> None:
-    """Fields that push into an edge from both sides: along it by their mean that crosses neither way [Filippov]."""
+    """Where fields on both sides push into an edge, particles slide along it by Filippov's mean of both."""
     mesh, V = two_faces([3.0, 1.0], [-1.0, 2.0])  # a quarter of the first and three of the second
     tracer = Tracer(mesh)
     start = Particles(np.array([0, 1]), np.array([[0.5, 0.4, 0.1], [0.4, 0.5, 0.1]]))  # at (-0.8, 4.5), (0.8, 4.5)
@@ -72,7 +72,7 @@ def test_against_each_other() -> None:
 
 
 def test_along_the_boundary() -> None:
-    """What flows out slides along the boundary by its part along it, and ends at the corner where nothing leads on."""
+    """At the boundary, particles slide along it by the tangential component, and stop in the corner."""
     mesh = grid(6, 4, 6.0, 4.0)
     V = np.tile([1.0, 0.5, 0.0], (mesh.n_faces, 1))
     tracer = Tracer(mesh)
@@ -85,7 +85,7 @@ def test_along_the_boundary() -> None:
 
 
 def test_sources_and_sinks() -> None:
-    """Towards a vertex everything ends in it, on time; from it a particle on it does not know where to go but goes."""
+    """Particles end in a sink on time; a particle on a source leaves it."""
     mesh = icosphere(3)
     V = tangential(mesh, np.broadcast_to(-Z, (mesh.n_faces, 3)))
     tracer = Tracer(mesh)
@@ -97,7 +97,7 @@ def test_sources_and_sinks() -> None:
 
 
 def wheel(turn: float, inward: float) -> tuple[TriangleMesh, np.ndarray]:
-    """Six faces round a vertex at 0, and a field that turns about it and draws near to it."""
+    """Return six faces round the origin, and a field that turns about it and approaches it."""
     rim = np.exp(2j * np.pi * np.arange(6) / 6)
     vertices = np.concatenate([np.zeros((1, 3)), np.stack([rim.real, rim.imag, 0 * rim.real], axis=1)])
     mesh = TriangleMesh(vertices, [[0, 1 + k, 1 + (k + 1) % 6] for k in range(6)])
@@ -105,11 +105,11 @@ def wheel(turn: float, inward: float) -> tuple[TriangleMesh, np.ndarray]:
 
 
 def test_closed_turns() -> None:
-    """Round a vertex, on a hexagon: each turn takes what its way takes, and a million of them change nothing."""
+    """Round a vertex, a closed path has a period, and 10⁶ periods change nothing."""
     mesh, V = wheel(1.0, 0.0)
     tracer = Tracer(mesh)
     start = Particles(np.array([2]), np.array([[0.9, 0.06, 0.04]]))
-    # The hexagon through the particle has sides as long as it is far from the center, along its side.
+    # The sides of the hexagon through the particle are as long as its distance from the center.
     period = 6 * 0.1 / np.linalg.norm(V[0])
     for turns in (1, 3, 10**6):
         end = tracer.positions(tracer.advance(start, V, turns * period))
@@ -117,7 +117,7 @@ def test_closed_turns() -> None:
 
 
 def test_spirals() -> None:
-    """What comes back a little nearer to the center is on no circle: one long step is as many short ones."""
+    """On a slow spiral one long step equals 100 short ones: it is not taken for a closed path."""
     mesh, V = wheel(1.0, 1e-4)
     tracer = Tracer(mesh)
     start = parts = Particles(np.array([2]), np.array([[0.9, 0.06, 0.04]]))
@@ -129,7 +129,7 @@ def test_spirals() -> None:
 
 
 def test_spirals_end(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Endless turns about a vertex, in ever shorter time, are not followed to the end."""
+    """Spirals into a vertex are cut off near the center."""
     monkeypatch.setattr(tracer_module, "MOST_CROSSINGS", 100)
     mesh, V = wheel(1.0, 1e-4)
     near = Particles(np.array([2]), np.array([[1 - 8e-4, 4e-4, 4e-4]]))
@@ -138,7 +138,7 @@ def test_spirals_end(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_the_fastest_way_off() -> None:
-    """From a vertex that all faces lead away from, a particle goes where the field is fastest."""
+    """From a vertex that all faces lead away from, a particle follows the fastest face."""
     mesh, V = wheel(0.0, -1.0)
     for fastest in range(6):
         W = V * np.where(np.arange(6) == fastest, 3.0, 2.0)[:, None]

@@ -26,14 +26,14 @@ def test_transport_on_the_sphere(connection: Connection) -> None:
 
 @pytest.mark.parametrize("connection", CONNECTIONS)
 def test_reach(connection: Connection) -> None:
-    """At the far end of a strip of 3000 cells the vector is still the one at the source, with its length."""
+    """Along a strip of 3000 cells transport is the identity."""
     mesh = strip(3000)
     X = VectorHeat(mesh, connection=connection).from_vertices([0], [[1.2, 1.6, 0.0]])["transported"]
     np.testing.assert_allclose(X, np.broadcast_to([1.2, 1.6, 0.0], X.shape), atol=1e-9)
 
 
 def test_reach_with_several_lengths() -> None:
-    """Far from two sources of different lengths, between and beyond: each end keeps its own."""
+    """Between two sources with lengths 1 and 3, each half of a strip of 3000 cells keeps the nearer length."""
     mesh = strip(3000)
     ends = [int(mesh.vertices[:, 0].argmin()), int(mesh.vertices[:, 0].argmax())]
     X = VectorHeat(mesh).from_vertices(ends, [[1.0, 0.0, 0.0], [3.0, 0.0, 0.0]])["transported"]
@@ -43,7 +43,7 @@ def test_reach_with_several_lengths() -> None:
 
 
 def test_two_sources_keep_their_own() -> None:
-    """Lengths 1 and 3: each rules round itself, and no vector is shorter or longer than both."""
+    """Vectors of lengths 1 and 3 at opposite points keep their lengths nearby; all lengths lie between them."""
     mesh = icosphere(4)
     a, b = 0, int((mesh.vertices @ mesh.vertices[0]).argmin())
     vectors = [tangent_at(mesh, a, 20), 3 * tangent_at(mesh, b, 70)]
@@ -58,7 +58,7 @@ def test_two_sources_keep_their_own() -> None:
 
 
 def test_scalar_extension() -> None:
-    """Values spread to where their source is nearest, and stay between the least and the largest."""
+    """Extended values equal the nearest source's value, and lie between the least and the largest."""
     mesh = icosphere(4)
     a, b = 0, int((mesh.vertices @ mesh.vertices[0]).argmin())
     values = VectorHeat(mesh).extend([b, a], [-2.0, 5.0])
@@ -71,7 +71,7 @@ def test_scalar_extension() -> None:
 
 
 def test_large_and_small_times() -> None:
-    """For dt → 0 the transport tends to that along shortest paths; for large dt to the smoothest field, whatever dt."""
+    """As dt → 0, transport converges to that along shortest paths; for large dt it no longer depends on dt."""
     mesh = torus(48, 24)
     vector = tangent_at(mesh, 12, 30)
 
@@ -86,7 +86,7 @@ def test_large_and_small_times() -> None:
 
 
 def test_robust_on_a_flat_mesh() -> None:
-    """In the plane transport changes nothing, over slivers and faces without area too; |Y| is the heat itself."""
+    """On flat meshes with degenerate faces robust transport is the identity, and |Y| equals the scalar heat."""
     for mesh in (split_diagonals(), sheared()):
         result = VectorHeat(mesh, "h2", robust=True).from_vertices([40], [[0.6, -0.8, 0]])
         np.testing.assert_allclose(
@@ -97,7 +97,7 @@ def test_robust_on_a_flat_mesh() -> None:
 
 
 def test_robust_on_slivers() -> None:
-    """On a sphere whose vertices crowd at the equator it halves the error of the plain method."""
+    """On a sphere with slivers at the equator, `robust` halves the angle error."""
     points = icosphere(3).vertices * [1, 1, 0.1]
     mesh = TriangleMesh(points / np.linalg.norm(points, axis=1)[:, None], icosphere(3).faces)
     gaps = [0.0, 0.0]

@@ -5,7 +5,7 @@ import sys
 
 
 def test_no_imports_in_the_background() -> None:
-    """What multigrid needs is loaded before it is set up in another thread, for this one is about to load it, too."""
+    """The libraries of multigrid are loaded before its set-up starts in another thread."""
     program = """
 import sys
 import numpy as np

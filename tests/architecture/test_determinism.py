@@ -1,4 +1,4 @@
-"""Same input, same bytes: whatever the threads, the locale, the hash seed, the time zone, the folder it is done in."""
+"""The same input gives the same bytes, for any threads, locale, hash seed, time zone and folder."""
 
 import json
 import os
@@ -18,7 +18,7 @@ from support.pictures import needs_opengl
 
 MESH = crumpled(torus(16, 10))
 FLOW = "--dt 0.01 --steps 4 --every 2"
-#: All commands that write, with their switches; what they print goes into the comparison, too.
+#: All commands that write files, with their options; their output is compared, too.
 COMMANDS = [
     "info torus.ply --json",
     "geodesic torus.ply --source 5 -o g.vtk -o g.vtp -o g.vtu -o g.ply --json",
@@ -68,7 +68,7 @@ OTHER = {
     "COLUMNS": "40",
     "LP_NUM_THREADS": "1",
 }
-#: Several commands in one process, to import VTK once; what they print becomes ``stdout.txt``.
+#: Several commands in one process, to import VTK once; their output becomes ``stdout.txt``.
 PROGRAM = """
 import contextlib, io, sys
 from geomhw_cli import main
@@ -84,7 +84,7 @@ with open("stdout.txt", "w", encoding="utf-8") as stream:
 
 
 def files_of(folder: Path, commands: list[str], environment: dict[str, str]) -> dict[str, bytes]:
-    """All files that the commands make in a folder, and what they print, but for seconds."""
+    """Return all files that the commands write in a folder, and their output without seconds."""
     folder.mkdir(parents=True)
     vectors = np.random.default_rng(0).normal(size=(MESH.n_faces, 3))
     write(Result(MESH, [Field("v", "face", vectors)]), folder / "torus.ply")
@@ -122,7 +122,7 @@ def without_seconds(printed: bytes) -> bytes:
 
 @pytest.mark.parametrize("commands", [COMMANDS, pytest.param(PICTURES, marks=needs_opengl)], ids=["data", "pictures"])
 def test_same_bytes(commands: list[str], tmp_path: Path) -> None:
-    """Every file of every command, and every report."""
+    """Every file and every report of every command is byte-identical in two environments."""
     one = files_of(tmp_path / "one", commands, ONE)
     other = files_of(tmp_path / "another place" / "much deeper", commands, OTHER)
     assert one.keys() == other.keys()
@@ -132,7 +132,7 @@ def test_same_bytes(commands: list[str], tmp_path: Path) -> None:
 
 
 def test_blas_has_one_thread() -> None:
-    """Sums of hundreds of thousands of terms depend on how many threads add them up; the program takes one."""
+    """The program restricts BLAS to one thread, since sums depend on the number of threads."""
     program = (
         "import contextlib, sys; sys.argv[1:] = ['--version']\n"
         "from geomhw_cli.main import main\n"
@@ -147,7 +147,7 @@ def test_blas_has_one_thread() -> None:
 
 @pytest.mark.skipif(not hasattr(os, "sched_setaffinity"), reason="no way to take processors away here")
 def test_film_on_one_processor(tmp_path: Path) -> None:
-    """ffmpeg encodes in as many threads as there are processors, to other bytes, unless it is told how many."""
+    """A film has the same bytes on one processor as on several."""
     from geomhw.io.artifacts.film import write_mp4
 
     noise = np.random.default_rng(0).integers(0, 256, (30, 40, 3), dtype=np.uint8)

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
-#: Rooms from the ground up. A file imports from its own room and from those that its entry names.
+#: Rooms from the lowest up. A file imports from its own room and from those in its entry.
 ALLOWED = {
     "errors": set(),
     "arrays": set(),
@@ -30,7 +30,7 @@ ALLOWED |= {
     "fluid": _GROUND | {"flow"},
     "io": {"arrays", "errors", "mesh", "results"},
     "render": {"arrays", "errors", "mesh", "results"},
-    # Reads two files and says what differs: above io, and below nothing but the program.
+    # Compares two files: above io, below the program only.
     "compare": {"arrays", "errors", "mesh", "results", "io"},
 }
 #: Libraries that one room keeps to itself.
@@ -45,7 +45,7 @@ PRIVATE = {
 
 
 def imports_of(path: Path) -> set[str]:
-    """Every module that the file names in an import, wherever in the file that stands."""
+    """Return every module that a file imports, at any depth."""
     found = set()
     for node in ast.walk(ast.parse(path.read_text())):
         if isinstance(node, ast.Import):
@@ -65,7 +65,7 @@ SOURCES = sorted([*(ROOT / "geomhw").rglob("*.py"), *(ROOT / "cli").rglob("*.py"
 
 @pytest.mark.parametrize("path", SOURCES, ids=lambda path: str(path.relative_to(ROOT)))
 def test_arrows(path: Path) -> None:
-    """A file imports from its own room and from those that the design allows it."""
+    """A file imports from its own room and from the rooms that are allowed to it."""
     parts = path.relative_to(ROOT).with_suffix("").parts
     room = "cli" if parts[0] == "cli" else (parts[1] if len(parts) > 1 else "")
     for module in imports_of(path):
@@ -150,7 +150,7 @@ HEAVY = {"numpy", "numba", "scipy", "pyamg", "matplotlib", "meshio", "pyvista", 
 
 
 def loaded_by(arguments: list[str]) -> set[str]:
-    """Modules that the program has loaded when it exits."""
+    """Return the modules that the program has loaded when it exits."""
     script = (
         "import sys\n"
         "from geomhw_cli.main import program\n"

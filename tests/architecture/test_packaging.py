@@ -1,4 +1,4 @@
-"""What is installed: the wheel holds both packages and nothing of the tests; the console script is declared."""
+"""The wheel holds both packages and no tests; the console script is declared."""
 
 import subprocess
 import sys
@@ -13,7 +13,7 @@ ROOT = Path(__file__).parents[2]
 
 @pytest.fixture(scope="module")
 def wheel(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
-    """Names in a wheel built with the setuptools at hand, from a copy of the sources."""
+    """Build a wheel from a copy of the sources, and return the names of its files."""
     import shutil
 
     copy = tmp_path_factory.mktemp("sources")
@@ -30,7 +30,7 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
 
 
 def test_wheel_holds_every_module(wheel: list[str]) -> None:
-    """Each module of the library and of the program, under their installed names; no top-level ``cli``."""
+    """The wheel holds each module of both packages under its installed name, and nothing else."""
     library = {str(p.relative_to(ROOT)) for p in (ROOT / "geomhw").rglob("*.py*") if p.suffix in (".py", ".pyi")}
     commands = {f"geomhw_cli/{p.relative_to(ROOT / 'cli')}" for p in (ROOT / "cli").rglob("*.py")}
     inside = {name for name in wheel if ".dist-info/" not in name}
@@ -38,6 +38,6 @@ def test_wheel_holds_every_module(wheel: list[str]) -> None:
 
 
 def test_console_script() -> None:
-    """``geomhw`` starts the program."""
+    """The console script ``geomhw`` starts the program."""
     (script,) = entry_points(group="console_scripts", name="geomhw")
     assert script.value == "geomhw_cli.main:main"

@@ -1,4 +1,4 @@
-"""The program as a user runs it: what it writes, says and refuses. Every test reopens what was written."""
+"""``geodesic``, ``helmholtz`` and ``info``: their files, reports and options. Each test reads the files back."""
 
 import json
 import re
@@ -28,7 +28,7 @@ pytestmark = pytest.mark.usefixtures("folder")
 
 
 def test_geodesic_by_default(folder: Path) -> None:
-    """VTK and PNG with default names in the current folder, a report in words on stdout."""
+    """By default ``geodesic`` writes VTK and PNG with default names, and a report in words."""
     save_off(icosphere(2))
     answer = run("geodesic", "ball.off")
     assert answer.exit_code == 0
@@ -53,7 +53,7 @@ def test_geodesic_by_default(folder: Path) -> None:
 @needs_reference
 @pytest.mark.parametrize("source", [["--source", "868"], []])
 def test_geodesic_golden(source: list[str]) -> None:
-    """Every value in the file is that of an independent implementation; the report names the farthest vertex."""
+    """The values in the file equal those of an independent implementation, with the handout's default source."""
     mesh = reference("meshes/closed/moomoo.off")
     answer = run("geodesic", mesh, *source, "-o", "m.vtk", "--json")
     golden = read_csv(reference("golden/moomoo_geodesic.csv"))
@@ -69,7 +69,7 @@ def test_geodesic_golden(source: list[str]) -> None:
 
 
 def test_geodesic_report_is_json() -> None:
-    """--json: command, mesh, parameters after defaults, answers, files, seconds."""
+    """``--json`` prints command, mesh, parameters with defaults, answers, files and seconds."""
     save_off(icosphere(2))
     report = json.loads(run("geodesic", "ball.off", "--source", "3", "--source", "5", "-o", "b.ply", "--json").stdout)
     assert report["command"] == "geodesic"
@@ -85,7 +85,7 @@ def test_geodesic_report_is_json() -> None:
 
 
 def test_quiet_says_nothing() -> None:
-    """-q: no word on stdout, nor on stderr."""
+    """``-q`` prints nothing on stdout and stderr."""
     save_off(icosphere(1))
     answer = run("geodesic", "ball.off", "-q", "--no-png")
     assert answer.output == ""
@@ -94,7 +94,7 @@ def test_quiet_says_nothing() -> None:
 
 
 def test_several_outputs_hold_the_same() -> None:
-    """-o may be repeated; all formats hold the same numbers."""
+    """All formats of a repeated ``-o`` hold the same numbers."""
     save_off(icosphere(1))
     run("geodesic", "ball.off", "-o", "a.vtk", "-o", "a.vtp", "-o", "a.vtu", "-o", "a.ply")
     first = read("a.vtk")
@@ -114,7 +114,7 @@ def test_bytes_repeat() -> None:
 
 
 def test_other_component_is_reported() -> None:
-    """Vertices that no source reaches are inf in the file, and a line says how many."""
+    """Unreachable vertices are inf in the file, and a warning counts those that have faces."""
     save_off(zoo_mesh("two_spheres"))
     answer = run("geodesic", "ball.off", "--source", "0", "--no-png")
     assert "162 vertices" in answer.stdout
@@ -126,7 +126,7 @@ def test_other_component_is_reported() -> None:
 
 
 def test_unreferenced_vertex_is_computed_on() -> None:
-    """A vertex of no face keeps its place in the output."""
+    """A vertex without faces keeps its place in the output, with distance inf."""
     ball = icosphere(1)
     vertices = np.insert(ball.vertices, 5, [9, 9, 9], axis=0)
     save_off(TriangleMesh(vertices, ball.faces + (ball.faces >= 5)))
@@ -138,7 +138,7 @@ def test_unreferenced_vertex_is_computed_on() -> None:
 
 
 def test_geodesic_refined_and_boundary() -> None:
-    """--refine makes distances on a flat square exact, --boundary=average better; the report says which it was."""
+    """On a square, ``--refine`` is exact and ``--boundary average`` reduces the error; the report names both."""
     square = grid(12, 12)
     save_off(square, "square.off")
     exact = np.linalg.norm(square.vertices - square.vertices[20], axis=1)
@@ -156,7 +156,7 @@ def test_geodesic_refined_and_boundary() -> None:
 
 
 def test_geodesic_robust() -> None:
-    """--robust takes a mesh with faces without area and reports flips, rounds and mollification, in words and JSON."""
+    """``--robust`` accepts faces of zero area, and reports flips, rounds and mollification."""
     save_off(split_diagonals(8))
     refused = run("geodesic", "ball.off")
     assert refused.exit_code == 1
@@ -172,7 +172,7 @@ def test_geodesic_robust() -> None:
 
 
 def test_helmholtz() -> None:
-    """Parts in the file add up to the field; the report has their shares."""
+    """The parts in the file sum to the field; the report holds their shares of the energy."""
     ball = icosphere(2)
     save_off(ball)
     V = np.cross([0.0, 0.0, 1.0], ball.face_centers)
@@ -186,7 +186,7 @@ def test_helmholtz() -> None:
 
 
 def test_info() -> None:
-    """The mesh part of the report, in words and as JSON."""
+    """``info`` prints the mesh summary in words and as JSON."""
     save_off(zoo_mesh("torus"))
     assert json.loads(run("info", "ball.off", "--json").stdout)["mesh"]["genus"] == 1
     lines = run("info", "ball.off").stdout.splitlines()
@@ -195,7 +195,7 @@ def test_info() -> None:
 
 @pytest.mark.parametrize("command", [["geomhw"], [sys.executable, "-m", "geomhw_cli"]])
 def test_installed_program(command: list[str]) -> None:
-    """Both ways to start the program as installed, in a process of its own, with stdout clean for a script."""
+    """Both ways to start the installed program print JSON only on stdout."""
     save_off(icosphere(1))
     beside = Path(sys.executable).parent / command[0]
     command = [str(beside) if beside.exists() else command[0], *command[1:]]
@@ -206,7 +206,7 @@ def test_installed_program(command: list[str]) -> None:
 
 @needs_opengl
 def test_panels_and_width() -> None:
-    """A picture of the panels asked for, each as wide; another name is refused, with those that there are."""
+    """The picture has the requested panels at the requested width; an unknown panel is refused with the list."""
     save_off(icosphere(2))
     asked = ["--panel", "gradient", "--panel", "divergence", "--width", "150"]
     assert run("geodesic", "ball.off", *asked).exit_code == 0
@@ -220,7 +220,7 @@ def test_panels_and_width() -> None:
 
 @pytest.mark.parametrize("command", list(program.commands))
 def test_help_has_an_example(command: str) -> None:
-    """Each command's help shows how it is used, on a line of its own; test_docs runs it."""
+    """The help of each command has an example line."""
     answer = run(command, "--help")
     assert answer.exit_code == 0
     assert re.search(rf"^  Examples?\b[^\n]*:\n(    geomhw .*\n)*    geomhw {command} ", answer.stdout, re.MULTILINE)

@@ -1,4 +1,4 @@
-"""``geomhw advect`` and ``geomhw fluid`` as a user runs them: series, tables, films, interrupts, restarts, refusals."""
+"""``advect`` and ``fluid``: series, tables, films, interrupts and restarts."""
 
 import json
 import signal
@@ -33,12 +33,12 @@ def folder(folder: Path) -> Path:
     return folder
 
 
-# -- what is written ---------------------------------------------------------------------------------------------
+# -- files -------------------------------------------------------------------------------------------------------
 
 
 @both
 def test_default_names(command: str, folder: Path) -> None:
-    """The series in the current folder, frames beside it; a report in words that names it; fluid can be restarted."""
+    """By default the series and its frames go to the working folder, with a report in words."""
     answer = run(command, "ball.off", *SHORT)
     assert answer.exit_code == 0
     assert answer.stderr == ""
@@ -51,7 +51,7 @@ def test_default_names(command: str, folder: Path) -> None:
 
 @both
 def test_frames(command: str) -> None:
-    """Each frame holds color, velocity and time, of a fluid vorticity too, at the right places and times."""
+    """Each frame holds color, velocity and time, and a fluid's also vorticity, at the expected times."""
     run(command, "ball.off", *SHORT, "-o", "flow.pvd", "-q")
     expected = {"color": ("vertex", (42, 3)), "velocity": ("face", (80, 3)), "time": ("mesh", (1,))}
     expected |= {"vorticity": ("vertex", (42,))} if command == "fluid" else {}
@@ -64,7 +64,7 @@ def test_frames(command: str) -> None:
 
 @both
 def test_another_folder(command: str, folder: Path) -> None:
-    """-o elsewhere takes all files with it; the folder may be moved, for names are relative."""
+    """``-o`` in another folder puts all files there; the folder can be moved, since names are relative."""
     (folder / "out").mkdir()
     assert run(command, "ball.off", *SHORT, "-o", "out/flow.pvd").exit_code == 0
     assert files(folder) == ["ball.off", "out"]
@@ -74,7 +74,7 @@ def test_another_folder(command: str, folder: Path) -> None:
 
 @both
 def test_table(command: str) -> None:
-    """The documented columns, a line a frame, with the times of the series to the last digit."""
+    """The table has the documented columns, one line per frame, with the times of the series."""
     run(command, "ball.off", *SHORT, "-o", "flow.pvd", "--csv", "flow.csv", "-q")
     assert Path("flow.csv").read_text().splitlines()[0] == COLUMNS[command]
     rows = table("flow.csv")
@@ -87,7 +87,7 @@ def test_table(command: str) -> None:
 
 @both
 def test_report_is_json(command: str) -> None:
-    """--json: command, mesh, parameters after defaults, the last line of the table, files that are there, seconds."""
+    """``--json`` prints command, mesh, parameters with defaults, the last table line, files and seconds."""
     answer = run(command, "ball.off", "--steps", "4", "--every", "2", "-o", "f.pvd", "--csv", "f.csv", "--json")
     report = json.loads(answer.stdout)
     assert report["command"] == command
@@ -101,7 +101,7 @@ def test_report_is_json(command: str) -> None:
 
 @both
 def test_quiet_says_nothing(command: str) -> None:
-    """-q: no word on stdout, nor on stderr; the series is there."""
+    """``-q`` prints nothing; the series is written."""
     answer = run(command, "ball.off", *SHORT, "-q")
     assert answer.exit_code == 0
     assert answer.output == ""
@@ -119,7 +119,7 @@ def test_bytes_repeat(command: str, folder: Path) -> None:
 
 @both
 def test_defaults_in_the_help(command: str) -> None:
-    """The handout's 1980 steps of 0.0005 with a frame each 66 are what the help says."""
+    """The help states the handout's defaults: 1980 steps of 0.0005, with a frame every 66."""
     words = " ".join(run(command, "--help").stdout.split())
     for name, default in (("--dt T", "0.0005"), ("--steps N", "1980"), ("--every K", "66")):
         assert f"[default: {default}]" in words.partition(name)[2][:80]
@@ -131,7 +131,7 @@ def test_defaults_in_the_help(command: str) -> None:
 @needs_opengl
 @both
 def test_width(command: str) -> None:
-    """A film whose panels are as wide as asked: one for advect, two for fluid."""
+    """Each panel of a film has the requested width: one panel for ``advect``, two for ``fluid``."""
     assert run(command, "ball.off", *SHORT, "--width", "150", "--gif", "small.gif").exit_code == 0
     with Image.open("small.gif") as gif:
         assert gif.size[0] == 150 * (1 if command == "advect" else 2)
@@ -140,7 +140,7 @@ def test_width(command: str) -> None:
 @needs_opengl
 @both
 def test_gif_and_sheet(command: str) -> None:
-    """A GIF of as many frames as the series, no two the same, and a sheet with all of them on one picture."""
+    """A GIF has as many frames as the series, all different; the contact sheet holds all of them."""
     answer = run(command, "ball.off", *FILM, "--gif", "flow.gif", "--png", "flow.png")
     assert answer.exit_code == 0
     assert "flow.gif" in answer.stdout
@@ -158,25 +158,25 @@ def test_gif_and_sheet(command: str) -> None:
 
 @needs_opengl
 def test_mp4() -> None:
-    """An MP4 with the frames of the series."""
+    """An MP4 has as many frames as the series."""
     ffmpeg = pytest.importorskip("imageio_ffmpeg")
     assert run("advect", "ball.off", *SHORT, "--mp4", "flow.mp4", "-q").exit_code == 0
     assert ffmpeg.count_frames_and_secs("flow.mp4")[0] == 4
 
 
-# -- what is computed --------------------------------------------------------------------------------------------
+# -- computation -------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("step", [("--dt", "0.03"), ("--cfl", "0.7", "--force", "none")])
 def test_until_is_met_exactly(step: tuple[str, ...]) -> None:
-    """--until ends at that very time, whatever the step."""
+    """``--until`` ends at exactly that time, for any step."""
     run("fluid", "ball.off", *step, "--until", "0.1", "--every", "2", "--csv", "f.csv", "-q")
     assert times("ball.fluid.pvd")[-1] == 0.1
     assert table("f.csv")[-1]["time"] == 0.1
 
 
 def test_courant_number() -> None:
-    """--cfl: every whole step has that Courant number, by the fastest face of the time."""
+    """With ``--cfl`` each whole step has that Courant number, by the fastest face."""
     run("fluid", "ball.off", "--cfl", "0.5", "--force", "none", "--steps", "4", "--every", "1", "--csv", "f.csv", "-q")
     first = series("ball.fluid.pvd")[0]
     dt = 0.5 * BALL.mean_edge_length / np.linalg.norm(first["velocity"], axis=1).max()
@@ -185,7 +185,7 @@ def test_courant_number() -> None:
 
 
 def test_force() -> None:
-    """none leaves a fluid at rest at rest; the jet is the default, and sets it going at the top only."""
+    """``--force none`` keeps a fluid at rest; the default jet accelerates it near the top only."""
     write(Result(BALL, [Field("rest", "face", np.zeros((80, 3)))]), "rest.vtp")
     for name, force in (("none", ["--force", "none"]), ("jet", ["--force", "jet"]), ("default", [])):
         run("fluid", "ball.off", "--init", "rest.vtp:rest", *SHORT, *force, "-o", f"{name}.pvd", "--csv", f"{name}.csv")
@@ -206,7 +206,7 @@ def test_force() -> None:
     ],
 )
 def test_schemes(scheme: list[str], kept: tuple[float, float]) -> None:
-    """Each keeps of the energy of a free flow what it says; the handout's loss is noted, and only its."""
+    """Each scheme keeps its share of the energy; only the handout's damping is remarked."""
     pace = ("--dt", "0.002", "--steps", "5", "--every", "5")
     free = ("--scheme", *scheme, "--init", "random:3", "--force", "none")
     answer = run("fluid", "ball.off", *free, *pace, "--csv", "f.csv")
@@ -219,7 +219,7 @@ def test_schemes(scheme: list[str], kept: tuple[float, float]) -> None:
 
 @pytest.mark.parametrize("arguments", [["advect", "--field"], ["fluid", "--force", "none", "--init"]])
 def test_downstream(arguments: list[str]) -> None:
-    """A blob in a rigid rotation about z is, after a quarter of a turn, a quarter of a turn ahead: from +x at +y."""
+    """A blob in a rigid rotation about z is a quarter of a turn ahead after a quarter of a turn."""
     save_off(FINE, "fine.off")
     start = int(FINE.vertices[:, 0].argmax())
     command, *field = arguments
@@ -236,7 +236,7 @@ def test_downstream(arguments: list[str]) -> None:
 
 @pytest.mark.parametrize(("command", "option"), [("advect", "--field"), ("fluid", "--init")])
 def test_arrays_from_files(command: str, option: str) -> None:
-    """FILE:ARRAY gives a field per face or per vertex, and a color per vertex, as the built-in ones would."""
+    """FILE:ARRAY gives the same flow as the built-in field with the same values."""
     z = np.array([0.0, 0.0, 1.0])
     fields = [
         Field("by_face", "face", rigid_field(BALL, z)),
@@ -258,7 +258,7 @@ def test_arrays_from_files(command: str, option: str) -> None:
 
 @pytest.mark.parametrize("mesh", ["fan.off", "moebius.off"])
 def test_advect_needs_no_manifold(mesh: str) -> None:
-    """A field carries a color over any faces, three at an edge or one-sided."""
+    """``advect`` accepts non-manifold and one-sided meshes."""
     spoiled_inputs()
     assert run("advect", mesh, *SHORT, "-o", "f.pvd", "-q").exit_code == 0
     assert len(series("f.pvd")) == 4
@@ -270,14 +270,14 @@ LONG = ("--dt", "0.001", "--steps", "400", "--every", "50")
 
 
 def interrupted(output: str, *options: str) -> "subprocess.CompletedProcess[str]":
-    """A long run stopped by Ctrl-C once its third frame is there, and so a state that is not its start."""
+    """Start a long run, and interrupt it once its third frame exists."""
     command = [sys.executable, "-m", "geomhw_cli", "fluid", "ball.off", *LONG, "-o", output, *options]
     process = subprocess.Popen(
         command,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
-        # A shell starts what runs in its background with interrupts ignored, and that is inherited.
+        # Background processes of a shell inherit ignored interrupts.
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
     )
     with process:
@@ -293,7 +293,7 @@ def interrupted(output: str, *options: str) -> "subprocess.CompletedProcess[str]
 @pytest.mark.skipif(sys.platform == "win32", reason="no SIGINT to send")
 @needs_opengl
 def test_interrupt_and_restart(folder: Path) -> None:
-    """After Ctrl-C the series is valid up to its last frame; a restart ends in the bytes of a run without it."""
+    """After Ctrl-C the series is valid; the restarted run ends in the bytes of an uninterrupted one."""
     for name in ("stopped", "whole"):
         (folder / name).mkdir()
     done = interrupted("stopped/flow.pvd", "--csv", "stopped/flow.csv")
@@ -317,7 +317,7 @@ def test_interrupt_and_restart(folder: Path) -> None:
 
 @both
 def test_interrupt_amid_a_frame(command: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Ctrl-C while a frame is written takes effect after it: indices and table agree, and nothing else is left."""
+    """Ctrl-C during a frame takes effect after the frame: indices and table agree, no other file is left."""
     written = series_module._series
 
     def stop(frames: list[series_module.Frame]) -> str:
@@ -339,7 +339,7 @@ def test_interrupt_amid_a_frame(command: str, folder: Path, monkeypatch: pytest.
 @pytest.mark.parametrize("options", [[], ["--scheme", "fast"], ["--scheme", "handout"], ["--viscosity", "0.01"]])
 @pytest.mark.parametrize("pace", [["--dt", "0.01"], ["--cfl", "0.3", "--force", "none"]])
 def test_a_run_in_two_parts(options: list[str], pace: list[str], folder: Path) -> None:
-    """Each scheme and pace: on from a last frame out of turn, which is replaced, to the bytes of a single run."""
+    """A run in two parts gives the bytes of a single run, for each scheme and pace."""
     for name in ("parts", "whole"):
         (folder / name).mkdir()
     same = (*options, *pace, "--every", "3", "-q")
@@ -352,7 +352,7 @@ def test_a_run_in_two_parts(options: list[str], pace: list[str], folder: Path) -
 
 
 def test_restart_from_the_start() -> None:
-    """A run stopped before its second regular frame begins again, with one frame of the start."""
+    """A run stopped before its second regular frame restarts from the beginning."""
     steps = ("--dt", "0.01", "--every", "3", "-q")
     run("fluid", "ball.off", *steps, "--steps", "2")
     assert run("fluid", "ball.off", *steps, "--steps", "6", "--restart", "ball.fluid.restart.npz").exit_code == 0
@@ -360,14 +360,14 @@ def test_restart_from_the_start() -> None:
 
 
 def test_color_of_bytes() -> None:
-    """RGB stored as bytes, 0..255, as in a PLY, is a color between 0 and 1."""
+    """RGB stored as bytes is scaled to [0, 1]."""
     write(Result(BALL, [Field("rgb", "vertex", np.full((42, 3), 51, dtype=np.uint8))]), "in.vtp")
     run("advect", "ball.off", "--color", "in.vtp:rgb", *SHORT, "-q")
     np.testing.assert_allclose(series("ball.advect.pvd")[0]["color"], 0.2, rtol=1e-12)
 
 
 def test_restart_of_a_run_that_is_done() -> None:
-    """There is nothing to add, but what is asked for besides is still written."""
+    """A restart of a finished run adds no frame, but writes the other requested files."""
     steps = ("--dt", "0.01", "--steps", "6", "--every", "3")
     run("fluid", "ball.off", *steps, "-q")
     again = run("fluid", "ball.off", *steps, "--restart", "ball.fluid.restart.npz", "--csv", "f.csv")

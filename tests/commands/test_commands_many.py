@@ -1,4 +1,4 @@
-"""``geodesic --all-pairs``, ``--pairs``, ``--sources``: what is written, how a run goes on, what is refused."""
+"""``geodesic --all-pairs``, ``--pairs``, ``--sources``: output, interruption and resumption, memory."""
 
 import json
 import os
@@ -29,7 +29,7 @@ def folder(folder: Path) -> Path:
 
 
 def test_all_pairs(folder: Path) -> None:
-    """Row i is the distance from vertex i; the report says how; nothing else is left."""
+    """Row i holds the distances from vertex i; the report describes the run; no other file is left."""
     answer = run(*ALL.split(), "--json")
     assert answer.exit_code == 0, answer.output
     assert answer.stderr == ""
@@ -47,7 +47,7 @@ def test_all_pairs(folder: Path) -> None:
 
 @pytest.mark.parametrize("options", [[], ["--robust"], ["--refine"], ["--solver", "multigrid"], ["--solver", "direct"]])
 def test_solvers_and_options(options: list[str]) -> None:
-    """As the same options have it for one source; all solvers to 1e-6 of the largest distance."""
+    """Each option gives the row of a single source with that option; solvers agree to 1e-6 of the largest distance."""
     assert run(*ALL.split(), *options).exit_code == 0
     D = np.load("D.npy")
     answer = run("geodesic", "mesh.off", "--time", "h2", "--source", "100", *options, "-o", "one.vtp", "--json")
@@ -59,7 +59,7 @@ def test_solvers_and_options(options: list[str]) -> None:
 
 
 def test_single_precision() -> None:
-    """Half the size; the same to single precision."""
+    """``--single`` writes the same matrix rounded to single precision."""
     run(*ALL.split())
     run(*ALL.replace("D.npy", "S.npy").split(), "--single")
     S = np.load("S.npy")
@@ -68,7 +68,7 @@ def test_single_precision() -> None:
 
 
 def test_vertices_without_faces() -> None:
-    """They reach themselves, and nothing else does; components do not reach each other."""
+    """Vertices without faces have distance 0 to themselves only; components are at distance inf."""
     mesh = two_spheres()
     save_off(mesh, "two.off")
     answer = run("geodesic", "two.off", "--all-pairs", "-o", "D.npy", "-q")
@@ -79,7 +79,7 @@ def test_vertices_without_faces() -> None:
 
 
 def test_sources_of_a_file() -> None:
-    """A line is a set of sources, in the syntax of --source; a row its distances."""
+    """Each line of a file is a set of sources in the syntax of ``--source``, and gives one row."""
     Path("sources.txt").write_text("0\n# nothing\n5 6-9\nface:17:0.2,0.3,0.5, 3\n\n max-y \n")
     assert run("geodesic", "mesh.off", "--time", "h2", "--sources", "sources.txt", "-o", "S.npy").exit_code == 0
     S = np.load("S.npy")
@@ -94,7 +94,7 @@ PAIRS = "0 17\n5,3\n0 100   # again from 0\nface:17 5\n3 5\n5\t3\n"
 
 @pytest.mark.parametrize("name", ["P.npy", "P.csv"])
 def test_pairs(name: str) -> None:
-    """A distance a line, in their order; each source is solved for once."""
+    """``--pairs`` writes one distance per line, in order, and solves once per source."""
     Path("pairs.txt").write_text(PAIRS)
     answer = run("geodesic", "mesh.off", "--time", "h2", "--pairs", "pairs.txt", "-o", name, "--json")
     assert answer.exit_code == 0, answer.output
@@ -111,7 +111,7 @@ def test_pairs(name: str) -> None:
 
 @pytest.mark.parametrize("command", [ALL, "geodesic mesh.off --pairs pairs.txt -o D.csv", f"{ALL} --single --refine"])
 def test_a_run_goes_on(command: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """What is done is kept under a name that says so, and the same command ends with the same bytes."""
+    """An interrupted run keeps its rows; rerunning the same command ends in the same bytes."""
     Path("pairs.txt").write_text("\n".join(f"{v} {(7 * v) % 208}" for v in range(208)))
     before = set(os.listdir())
     assert run(*command.split()).exit_code == 0
@@ -133,7 +133,7 @@ def test_a_run_goes_on(command: str, folder: Path, monkeypatch: pytest.MonkeyPat
 
 
 def test_interrupted_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Nothing done, nothing left."""
+    """A run interrupted before its first rows leaves no file."""
     from click import Abort
 
     from geomhw_cli.main import program
@@ -158,7 +158,7 @@ main()
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no such signal")
 def test_killed(folder: Path) -> None:
-    """kill -9 leaves what was written down last; the run goes on from there to the same bytes."""
+    """After ``kill -9`` the saved rows are kept, and the resumed run ends in the same bytes."""
     run(*ALL.split())
     whole = Path("D.npy").read_bytes()
     Path("D.npy").unlink()
@@ -172,7 +172,7 @@ def test_killed(folder: Path) -> None:
 
 
 def test_memory_does_not_grow_with_the_sources(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Four times as many rows of a matrix, of 2,562 numbers each, in a twentieth more memory at most."""
+    """Four times as many rows take at most 5 % more memory."""
     from geomhw_cli.specs.queries import Asked, DistanceQueries
 
     save_off(icosphere(4), "large.off")

@@ -1,4 +1,4 @@
-"""``--source`` as a user writes it: every spec, files of them, what is refused, and what report and picture say."""
+"""``--source``: every spec, files of specs, and how report and output name the sources."""
 
 import json
 from pathlib import Path
@@ -28,7 +28,7 @@ def folder(folder: Path) -> Path:
 
 
 def points(mesh: TriangleMesh, *texts: str) -> list[object]:
-    """What the specs name, in their order."""
+    """Return the points that the specs name, in order."""
     return SourceSpecs.parse(texts).on(mesh).report()
 
 
@@ -57,12 +57,12 @@ def inside(face: int, *weights: float) -> dict[str, object]:
     ],
 )
 def test_specs(texts: list[str], expected: list[object]) -> None:
-    """Each spec on a flat sheet of 7 x 7 vertices; several are joined in their order."""
+    """Each spec names the expected vertices of a flat grid; several specs are concatenated in order."""
     assert points(SHEET, *texts) == expected
 
 
 def test_nearest_point_is_named() -> None:
-    """near: gives a point within a face where there is no vertex."""
+    """``near:`` gives a point within a face where no vertex is nearest."""
     (found,) = points(SHEET, "near:0.51,0.52,9")
     sources = SourceSpecs.parse(["near:0.51,0.52,9"]).on(SHEET)
     assert isinstance(found, dict)
@@ -70,13 +70,13 @@ def test_nearest_point_is_named() -> None:
 
 
 def test_file_of_specs() -> None:
-    """One or several a line, with remarks, blank lines and whatever ends a line."""
+    """A file holds one or several specs a line, with comments, blank lines and any line ends."""
     Path("my seeds.txt").write_bytes(b"\xef\xbb\xbf# seeds\r\n12, 40-41   # two\r\n\r\nface:3 max-y\n5")
     assert points(SHEET, "@my seeds.txt", "1") == [12, 40, 41, inside(3), 42, 5, 1]
 
 
 def test_geodesic_is_the_library() -> None:
-    """Options joined give the arrays of the library, to the last bit; report and lines name the points."""
+    """Sources of repeated options give the library's arrays to the last bit; the report names the points."""
     arguments = ("geodesic", "ball.off", "--source", "9,face:17:0.2,0.3,0.5", "--source", "4", "-o", "a.vtp")
     answer = run(*arguments, "--json")
     sources = concatenate([vertex_points(BALL, [9]), face_point(BALL, 17, [0.2, 0.3, 0.5]), vertex_points(BALL, [4])])
@@ -89,7 +89,7 @@ def test_geodesic_is_the_library() -> None:
 
 
 def test_many_sources_are_counted() -> None:
-    """Of many, the report and the line have the number and the first few; the vectors too."""
+    """For many sources the report has their number and the first few."""
     for command in ("geodesic", "vecdiffuse"):
         answer = run(command, "sheet.off", "--source", "boundary", "-o", "a.vtp", "--json")
         report = json.loads(answer.stdout)
@@ -104,7 +104,7 @@ def test_many_sources_are_counted() -> None:
 
 
 def test_below_zero_is_said() -> None:
-    """Where the method fails beside a source, a line says at how many vertices."""
+    """A remark counts the vertices where the method came out below zero."""
     square = grid(24, 24)
     save_off(TriangleMesh(square.vertices + 20 * square.vertices[:, [1, 2, 2]], square.faces), "slivers.off")
     answer = run("geodesic", "slivers.off", "--source", "312,313", "-o", "a.vtp")
@@ -113,7 +113,7 @@ def test_below_zero_is_said() -> None:
 
 
 def test_vecdiffuse_within_a_face() -> None:
-    """--angle counts from the face's first edge, in its plane; values go to sources as they were named."""
+    """``--angle`` counts from the first edge of the face; values follow the order of the options."""
     angles = ("--angle", "90", "--angle", "30")
     answer = run("vecdiffuse", "sheet.off", "--source", "face:20", "--source", "3", *angles, "-o", "a.vtp", "--json")
     report = json.loads(answer.stdout)
@@ -125,7 +125,7 @@ def test_vecdiffuse_within_a_face() -> None:
 
 
 def test_blob_at_any_point() -> None:
-    """The color of advect starts as a bump about the point that a source spec names; a blob has one."""
+    """A blob is a bump about the point of a source spec, which must be a single point."""
     for spec, center in (("face:20", SHEET.face_centers[20]), ("near:0.31,0.44,1", [0.31, 0.44, 0.0]), ("7", None)):
         run("advect", "sheet.off", "--color", f"blob:{spec}", "--steps", "1", "--every", "1", "-o", "a.pvd", "-q")
         (first, *_) = sorted(Path().glob("a.*.vtp"))

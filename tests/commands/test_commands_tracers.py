@@ -1,4 +1,4 @@
-"""``--tracers`` of ``geomhw advect`` and ``geomhw fluid``: files, indices, restarts, films, refusals."""
+"""``--tracers`` of ``advect`` and ``fluid``: files, indices, films and restarts."""
 
 import json
 import signal
@@ -28,7 +28,7 @@ def folder(folder: Path) -> Path:
 
 
 def clouds(path: str | Path) -> list[Cloud]:
-    """Tracers of a series, after a look at its indices: part 1 of the times of the frames, in files beside them."""
+    """Return the tracers of a series, after a check of its indices."""
     path = Path(path)
     entries = [item.attrib for item in ElementTree.parse(path).iter("DataSet")]
     frames, tracers = ([item for item in entries if item["part"] == part] for part in ("0", "1"))
@@ -39,12 +39,12 @@ def clouds(path: str | Path) -> list[Cloud]:
     return [read_cloud(path.parent / item["file"]) for item in tracers]
 
 
-# -- what is written ---------------------------------------------------------------------------------------------
+# -- files -------------------------------------------------------------------------------------------------------
 
 
 @both
 def test_in_the_series(command: str) -> None:
-    """A cloud a frame, at its time, with the velocity and color of the frame; the mesh's frames are as without them."""
+    """Each frame has a cloud with its velocity and color; the mesh frames are unchanged by tracers."""
     assert run(command, "ball.off", *SHORT, *TRACED, "-o", "flow.pvd", "-q").exit_code == 0
     run(command, "ball.off", *SHORT, "-o", "plain.pvd", "-q")
     found = clouds("flow.pvd")
@@ -65,7 +65,7 @@ def test_in_the_series(command: str) -> None:
 
 @both
 def test_downstream(command: str) -> None:
-    """In a rotation about z at one radian a unit of time tracers turn so, towards +y from +x."""
+    """In a rotation of one radian per unit of time, tracers turn by that angle."""
     option, free = {"advect": ("--field", []), "fluid": ("--init", ["--force", "none"])}[command]
     pace = ("--dt", "0.05", "--steps", "10", "--every", "10", "-q")
     run(command, "ball.off", option, "rigid:z", *free, *pace, *TRACED, "-o", "flow.pvd")
@@ -75,7 +75,7 @@ def test_downstream(command: str) -> None:
 
 @both
 def test_report(command: str) -> None:
-    """Their number, and the index of their files; null, and no such file, where there are none."""
+    """The report has the number of tracers and their index file, or null."""
     report = json.loads(run(command, "ball.off", *SHORT, *TRACED, "--json").stdout)
     assert report["tracers"] == 44
     assert f"ball.{command}.tracers.vtp.series" in report["files"]
@@ -85,7 +85,7 @@ def test_report(command: str) -> None:
 
 
 def test_readable_by_vtk() -> None:
-    """VTK's own reader takes them as points with a vertex each."""
+    """VTK reads the tracers as points, with one vertex cell each."""
     from vtkmodules.vtkIOXML import vtkXMLPolyDataReader
 
     run("fluid", "ball.off", *SHORT, *TRACED, "-q")
@@ -100,7 +100,7 @@ def test_readable_by_vtk() -> None:
 @needs_opengl
 @both
 def test_film(command: str) -> None:
-    """Streaks in the picture, white where no color of the dye is."""
+    """The picture has white streaks where the dye is not white."""
     white = []
     for name, options in (("with", ("--tracers", "300")), ("without", ())):
         pictures = ("-o", f"{name}.pvd", "--png", f"{name}.png", "-q")
@@ -117,7 +117,7 @@ def test_film(command: str) -> None:
 @pytest.mark.parametrize("options", [[], ["--scheme", "handout"]])
 @pytest.mark.parametrize("pace", [["--dt", "0.01"], ["--cfl", "0.3", "--force", "none"]])
 def test_a_run_in_two_parts(options: list[str], pace: list[str], folder: Path) -> None:
-    """On from a last frame out of turn to the bytes of a single run, those of the tracers too."""
+    """A run in two parts gives the tracer bytes of a single run."""
     for name in ("parts", "whole"):
         (folder / name).mkdir()
     same = (*options, *pace, *TRACED, "--every", "3", "-q")
@@ -130,7 +130,7 @@ def test_a_run_in_two_parts(options: list[str], pace: list[str], folder: Path) -
 
 
 def test_interrupt(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Ctrl-C while the tracers of a frame are written takes effect after it: frames, tracers and indices agree."""
+    """Ctrl-C during the tracers of a frame takes effect after the frame: frames, tracers and indices agree."""
     written = series_module.write_cloud
 
     def stop(cloud: Cloud, path: Path) -> None:

@@ -1,4 +1,4 @@
-"""``geomhw vecdiffuse`` and ``geomhw operators`` as a user runs them: what they write, say and refuse."""
+"""``vecdiffuse`` and ``operators``: files, reports and options."""
 
 import json
 import subprocess
@@ -19,7 +19,7 @@ from support.meshes import split_diagonals, zoo_mesh
 from support.program import files, run, save_off
 
 BALL = icosphere(1)
-#: Each flag, and the function of the library whose matrix it writes.
+#: The library function of each flag.
 OPERATORS = {
     "gradient": operators.gradient,
     "divergence": operators.divergence,
@@ -44,7 +44,7 @@ def folder(folder: Path) -> Path:
 
 
 def test_vecdiffuse_by_default(folder: Path) -> None:
-    """VTK and PNG with default names, two arrays per vertex and the time, a report in words."""
+    """By default ``vecdiffuse`` writes VTK and PNG, two arrays per vertex and the time, and a report in words."""
     answer = run("vecdiffuse", "ball.off")
     assert answer.exit_code == 0
     assert answer.stderr == ""
@@ -58,7 +58,7 @@ def test_vecdiffuse_by_default(folder: Path) -> None:
 
 
 def test_vecdiffuse_is_the_library() -> None:
-    """The arrays in the file are those of the vector heat method, to the last bit."""
+    """The arrays in the file equal those of the library, to the last bit."""
     run("vecdiffuse", "ball.off", "--source", "7", "--vector", "1", "0.5", "0", "--dt", "h2", "-o", "a.vtp", "-q")
     expected = VectorHeat(BALL, "h2").from_vertices([7], [[1, 0.5, 0]])
     for name in ("diffused", "transported"):
@@ -66,7 +66,7 @@ def test_vecdiffuse_is_the_library() -> None:
 
 
 def test_several_times(folder: Path) -> None:
-    """--dt may be repeated: numbered arrays in that order, and field data that hold the times."""
+    """Repeated ``--dt`` gives numbered arrays in that order, and field data with the times."""
     answer = run("vecdiffuse", "ball.off", "--dt", "h2", "--dt", "0.25", "--dt", "3*h2", "-o", "a.vtk")
     assert answer.exit_code == 0
     written = read("a.vtk")
@@ -80,7 +80,7 @@ def test_several_times(folder: Path) -> None:
 
 
 def test_a_vector_is_laid_on_the_tangent_plane() -> None:
-    """What is normal of --vector does not count; at the source, transported is its tangential part."""
+    """The normal component of ``--vector`` is dropped; at the source, `transported` is the tangential part."""
     normal = BALL.vertex_normals[4]
     tangent = tangent_at(BALL, 4, 25.0)
     for name, vector in (("plain.vtp", tangent), ("raised.vtp", tangent + 3 * normal)):
@@ -93,14 +93,14 @@ def test_a_vector_is_laid_on_the_tangent_plane() -> None:
 
 
 def test_angle() -> None:
-    """--angle counts counterclockwise from the tangent frame, in degrees."""
+    """``--angle`` counts counterclockwise from the tangent frame, in degrees."""
     run("vecdiffuse", "ball.off", "--source", "4", "--angle", "30", "-o", "a.vtp")
     e1, e2 = BALL.tangent_frames[4]
     np.testing.assert_allclose(read("a.vtp")["transported"][4], np.sqrt(3) / 2 * e1 + e2 / 2, atol=1e-14)
 
 
 def test_seed() -> None:
-    """One seed, one vector; another seed, another; 0 is the default."""
+    """``--seed`` determines the vector; the default is 0."""
     for name, seed in (("none", []), ("zero", ["--seed", "0"]), ("one", ["--seed", "1"]), ("again", ["--seed", "1"])):
         run("vecdiffuse", "ball.off", *seed, "-o", f"{name}.vtp")
     data = {name: Path(f"{name}.vtp").read_bytes() for name in ("none", "zero", "one", "again")}
@@ -110,7 +110,7 @@ def test_seed() -> None:
 
 
 def test_two_sources_keep_their_lengths() -> None:
-    """Lengths 1 and 3 at the sources, between them everywhere, and in the order of the options, not of the indices."""
+    """At two sources the lengths are 1 and 3, in the order of the options, and between them elsewhere."""
     sources = ("--source", "9", "--source", "2")
     vectors = [
         part for s, k in ((9, 1), (2, 3)) for part in ("--vector", *map(repr, (k * tangent_at(BALL, s, 0)).tolist()))
@@ -123,7 +123,7 @@ def test_two_sources_keep_their_lengths() -> None:
 
 
 def test_one_angle_serves_all_sources() -> None:
-    """A single --angle for two sources is that of both."""
+    """A single ``--angle`` applies to both of two sources."""
     run("vecdiffuse", "ball.off", "--source", "9", "--source", "2", "--angle", "10", "-o", "a.vtp")
     transported = read("a.vtp")["transported"]
     for source in (2, 9):
@@ -131,7 +131,7 @@ def test_one_angle_serves_all_sources() -> None:
 
 
 def test_connections_differ() -> None:
-    """--connection intrinsic is another transport, and the report names it."""
+    """``--connection intrinsic`` gives another field, and the report names it."""
     reports = [
         json.loads(run("vecdiffuse", "ball.off", "--connection", name, "-o", f"{name}.vtp", "--json").stdout)
         for name in ("normals", "intrinsic")
@@ -142,7 +142,7 @@ def test_connections_differ() -> None:
 
 
 def test_vecdiffuse_report_is_json() -> None:
-    """--json: command, mesh, sources and vectors as used, each time with its reason, files, seconds."""
+    """``--json`` prints command, mesh, sources, vectors, times with their reasons, files and seconds."""
     answer = run("vecdiffuse", "ball.off", "--source", "5", "--angle", "0", "--dt", "h2", "-o", "a.ply", "--json")
     report = json.loads(answer.stdout)
     assert report["command"] == "vecdiffuse"
@@ -165,7 +165,7 @@ def test_vecdiffuse_bytes_repeat() -> None:
 
 
 def test_component_without_a_source() -> None:
-    """Its vertices are counted in a warning, and their vectors are 0."""
+    """Vertices of a component without a source have zero vectors, and a warning counts them."""
     spheres = zoo_mesh("two_spheres")
     save_off(spheres, "two.off")
     answer = run("vecdiffuse", "two.off", "--source", "0", "-o", "a.vtp")
@@ -179,7 +179,7 @@ def test_component_without_a_source() -> None:
 
 
 def test_vecdiffuse_robust() -> None:
-    """--robust takes a mesh with faces without area, which is refused otherwise, and says what it did."""
+    """``--robust`` accepts faces of zero area, which are refused without it."""
     save_off(split_diagonals(4), "flat.off")
     refused = run("vecdiffuse", "flat.off")
     assert refused.exit_code == 1
@@ -195,7 +195,7 @@ def test_vecdiffuse_robust() -> None:
 
 @pytest.mark.parametrize("name", OPERATORS)
 def test_each_matrix_is_the_librarys(name: str) -> None:
-    """.npz and .mtx read back as the library's matrix, to the last bit; the report gives its size."""
+    """.npz and .mtx files hold the library's matrix to the last bit; the report has its size."""
     expected = OPERATORS[name](BALL)
     for file in ("a.npz", "a.mtx"):
         answer = run("operators", "ball.off", f"--{name}", "-o", file)
@@ -208,7 +208,7 @@ def test_each_matrix_is_the_librarys(name: str) -> None:
 
 
 def test_operators_bytes_repeat() -> None:
-    """The same bytes from two processes, whatever the hash seed and the hour."""
+    """Two processes write the same bytes."""
     for k in (1, 2):
         for file in (f"{k}.npz", f"{k}.mtx"):
             command = [sys.executable, "-m", "geomhw_cli", "operators", "ball.off", "--connection", "-q", "-o", file]
@@ -220,7 +220,7 @@ def test_operators_bytes_repeat() -> None:
 
 @pytest.mark.parametrize("file", ["A.NPZ", "A.MTX"])
 def test_extension_in_capitals(file: str, folder: Path) -> None:
-    """A name in capitals gets the matrix too, and no other file is left."""
+    """File extensions in capitals are accepted."""
     assert run("operators", "ball.off", "--mass", "-o", file).exit_code == 0
     found = sp.load_npz(file) if file.endswith("NPZ") else scipy.io.mmread(file)
     assert found.trace() == pytest.approx(BALL.face_areas.sum())

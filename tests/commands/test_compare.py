@@ -17,11 +17,8 @@ BALL = icosphere(2)
 pytestmark = pytest.mark.usefixtures("folder")
 
 
-# -- the command -------------------------------------------------------------------------------------------------
-
-
 def test_exit_codes_and_lines():
-    """0 and 1, a line for each array with verdict, place, name, size and the worst deviation; -q says nothing."""
+    """Exit codes 0 and 1; one line per array with verdict, location, name, size and largest deviation."""
     result = arrays_on(BALL)
     write(result, "a.vtp")
     write(planted(result, "wind", (9, 2), 5.0), "b.vtp")
@@ -41,7 +38,7 @@ def test_exit_codes_and_lines():
 
 
 def test_report():
-    """--json: files, tolerances, and each finding with plain values, whatever is not finite in words."""
+    """``--json`` prints files, tolerances and findings; values that are not finite are words."""
     result = arrays_on(BALL)
     write(result, "a.vtp")
     write(planted(result, "reach", (0,), 1.0), "b.vtp")
@@ -57,7 +54,7 @@ def test_report():
 
 
 def test_complex_values_in_a_report():
-    """As pairs."""
+    """Complex values are pairs of numbers in the report."""
     np.save("a.npy", np.array([1 + 2j]))
     np.save("b.npy", np.array([1 + 3j]))
     report = json.loads(run("compare", "a.npy", "b.npy", "--json").stdout)
@@ -65,7 +62,7 @@ def test_complex_values_in_a_report():
 
 
 def test_same_bytes_elsewhere(folder):
-    """Files of equal names in two folders, as CI has them."""
+    """Files of equal names in two folders are compared."""
     (folder / "golden").mkdir()
     write(arrays_on(BALL), "m.vtk")
     shutil.copy("m.vtk", "golden/m.vtk")

@@ -16,7 +16,7 @@ pytestmark = pytest.mark.usefixtures("folder")
 
 
 def test_command():
-    """Exit codes, one line that says how many, by how much and where; the same in the report."""
+    """Exit codes, and one line with number, size and place of the deviations, also in the report."""
     save("a.png", PLAIN)
     save("b.png", drawing(without=5))
     assert run("compare", "a.png", "a.png").exit_code == 0
@@ -34,7 +34,7 @@ def test_command():
 
 
 def test_difference_picture():
-    """Equal pixels pale gray, unequal ones blue, noticeable ones red, an orange frame round the arrow and no other."""
+    """The difference is drawn as gray for equal, blue for unequal, red for noticeable pixels, and orange frames."""
     save("a.png", PLAIN)
     other = drawing(without=5).copy()
     other[5, 5, :3] = 254
@@ -59,7 +59,7 @@ def test_difference_picture():
 
 
 def test_other_sizes():
-    """One line; the picture is as large as both together, orange where one of them has nothing."""
+    """Pictures of different sizes give one line; the difference covers both, orange where one is missing."""
     save("a.png", PLAIN)
     save("b.png", PLAIN[:100, :200])
     answer = run("compare", "a.png", "b.png", "--diff", "d.png")

@@ -1,4 +1,4 @@
-"""examples/batch: folders of meshes, good and bad ones, with any names."""
+"""examples/batch runs over folders with good meshes, bad meshes and unusual file names."""
 
 import csv
 import html
@@ -22,7 +22,7 @@ STRANGE = "a b#1$x:=%'(é).off"
 
 @pytest.fixture
 def batch(tmp_path: Path) -> Path:
-    """A copy of the example beside two folders of one name, with a good mesh, a bad one and one of a strange name."""
+    """Copy the example beside two folders of one name, with good meshes, a bad one and an unusual name."""
     copy = Path(shutil.copytree(ROOT / "examples" / "batch", tmp_path / "batch", ignore=shutil.ignore_patterns("out")))
     for folder, name in [("my own/meshes", "strip.off"), ("your/meshes", "strip.off"), ("your/meshes", STRANGE)]:
         (tmp_path / folder).mkdir(parents=True, exist_ok=True)
@@ -35,7 +35,7 @@ MESHES = {"meshes/strip.off", "meshes-2/strip.off", "meshes-2/a_b_1_x_____é_.of
 
 
 def make(folder: Path, *words: str, command: str = "info", options: str = "") -> tuple[int, set[str]]:
-    """Exit code, and the names of the meshes that were worked on."""
+    """Run make, and return its exit code and the names of the meshes that it processed."""
     given = [f"GEOMHW={sys.executable} -m geomhw_cli", f"PYTHON={sys.executable}", f"COMMAND={command}"]
     given += [f"OPTIONS={options}", "MESHES='../my own/meshes' ../your/meshes", *words]
     answer = subprocess.run(["make", "-j2", *given], cwd=folder, capture_output=True, text=True)
@@ -44,19 +44,19 @@ def make(folder: Path, *words: str, command: str = "info", options: str = "") ->
 
 
 def table(folder: Path, command: str = "info") -> dict[str, dict[str, str]]:
-    """The lines of the table by the names of the meshes."""
+    """Return the lines of the table by mesh name."""
     with (folder / "out" / command / "table.csv").open(newline="", encoding="utf-8") as file:
         return {line["name"]: line for line in csv.DictReader(file)}
 
 
 def newer(path: Path) -> None:
-    """Newer than anything that was made of it."""
+    """Make a file newer than everything made from it."""
     os.utime(path)
 
 
 @needs_opengl
 def test_every_mesh_has_a_picture_or_a_reason(batch: Path) -> None:
-    """One bad mesh of four: the others are done; the sheet shows three pictures that are there, and one reason."""
+    """One bad mesh of four fails alone; the sheet shows three pictures and one reason."""
     code, done = make(batch, command="geodesic", options="--source 0")
     assert code == 2
     assert done == MESHES
@@ -78,7 +78,7 @@ def test_every_mesh_has_a_picture_or_a_reason(batch: Path) -> None:
 
 
 def test_only_what_changed(batch: Path) -> None:
-    """Nothing the second time; a mesh that is newer; all by other options; those that failed, by ``make retry``."""
+    """A second run does nothing; newer meshes, other options and ``make retry`` rerun what they should."""
     everything = (2, MESHES)
     assert make(batch) == everything
     assert make(batch) == (2, set())
@@ -90,7 +90,7 @@ def test_only_what_changed(batch: Path) -> None:
 
 
 def test_a_mesh_that_is_mended(batch: Path) -> None:
-    """The exit code is 0 once all are good; a mesh that is gone is gone from the sheet."""
+    """The exit code is 0 once all meshes are good; a removed mesh leaves the sheet."""
     make(batch)
     shutil.copy(STRIP, batch.parent / "your/meshes/cut.off")
     newer(batch.parent / "your/meshes/cut.off")
@@ -101,7 +101,7 @@ def test_a_mesh_that_is_mended(batch: Path) -> None:
 
 
 def test_a_name_that_comes_to_stand_for_another_mesh(batch: Path) -> None:
-    """Folders in another order exchange their names; nothing is kept of the other's, however new it is."""
+    """When two folders exchange their names, no result of the other folder is reused."""
     swapped = "MESHES=../your/meshes '../my own/meshes'"
     make(batch)
     code, done = make(batch, swapped)
@@ -121,7 +121,7 @@ def test_a_name_that_comes_to_stand_for_another_mesh(batch: Path) -> None:
     ],
 )
 def test_refusals(batch: Path, words: str, reason: str) -> None:
-    """What cannot be done is said before anything is."""
+    """Wrong settings are refused before any mesh is processed."""
     given = [
         "make",
         f"PYTHON={sys.executable}",

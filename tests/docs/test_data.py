@@ -10,14 +10,12 @@ import pytest
 from support.meshes import volume
 from support.messages import missing
 
-# -- the files in data/ ------------------------------------------------------------------------------------------
-
 DATA = Path(__file__).parents[2] / "data"
 
 
 @pytest.fixture(scope="module")
 def generator():
-    """data/generate.py, which is a script and no module of a package."""
+    """Load data/generate.py, which is a script."""
     spec = importlib.util.spec_from_file_location("generate", DATA / "generate.py")
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
@@ -25,11 +23,12 @@ def generator():
 
 
 def test_data_is_what_the_generator_makes(generator):
+    """Each file in data/ is what the generator writes."""
     assert generator.check() == []
 
 
 def test_data_check_notices_a_change(generator, tmp_path):
-    """A coordinate off by 1e-8, and a file whose hash is not in the table."""
+    """The check names a file with a coordinate off by 1e-8, and one whose hash is not in the table."""
     shutil.copytree(DATA, tmp_path, dirs_exist_ok=True)
     file = tmp_path / "strip.off"
     file.write_text(file.read_text().replace("\n1 0 0\n", "\n1 0.00000001 0\n", 1))
@@ -39,7 +38,7 @@ def test_data_check_notices_a_change(generator, tmp_path):
 
 
 def test_creature(generator):
-    """Closed, in one piece, without handles, left like right, feet down; triangles are good and Delaunay."""
+    """The creature is closed, connected, of genus 0, symmetric and Delaunay, with good triangles."""
     mesh = generator.creature()
     assert 1300 <= mesh.n_vertices <= 1700
     assert (mesh.is_closed, mesh.is_oriented, mesh.n_components, mesh.genus) == (True, True, 1, 0)

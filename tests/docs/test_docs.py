@@ -1,4 +1,4 @@
-"""What the documentation says of the program: every option is there, every command line runs as it is printed."""
+"""Every option is documented, and every command line of the documents runs as printed."""
 
 import re
 import shlex
@@ -22,7 +22,7 @@ ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 DOCUMENTS = sorted([ROOT / "README.md", *ROOT.glob("examples/**/*.md"), ROOT / "data" / "README.md"])
 PROGRAMS = ("geomhw", "make", "python", "pip", "pytest", "eval")
-#: Lines that are not run here, and why; what make would do is asked of it all the same.
+#: Lines that are not run here, and why; ``make -n`` is run all the same.
 ELSEWHERE = {
     "README.md": {
         "make demo": "makes an environment",
@@ -40,11 +40,11 @@ ELSEWHERE = {
 
 @dataclass
 class Page:
-    """The command lines of a document, or of the help of a command, and the folder where they are typed.
+    """The command lines of a document or of a command's help, and the folder where they run.
 
     elsewhere: lines that are not run.
 
-    Each line finds what those before it left, so asking for one runs them all, once.
+    Each line needs the files of those before it; asking for one answer runs them all, once.
     """
 
     name: str
@@ -55,7 +55,7 @@ class Page:
     answers: list[tuple[int, str]] = field(default_factory=list)
 
     def answer(self, number: int, clone: Callable[[], Path]) -> tuple[int, str]:
-        """Exit code, and what is printed, of a line."""
+        """Return the exit code and output of a line."""
         self.folder = self.folder or clone()
         while len(self.answers) <= number:
             self.answers.append(typed(self.lines[len(self.answers)], self.folder / self.place))
@@ -63,7 +63,7 @@ class Page:
 
 
 def typed(line: str, folder: Path) -> tuple[int, str]:
-    """A line in a folder: of the program without a new process, of others by bash."""
+    """Run a line in a folder: geomhw in this process, others in bash."""
     words = shlex.split(line, comments=True)
     if words[0] == "geomhw" and not re.search(r"[|<>;&$`]", line):
         with pytest.MonkeyPatch.context() as patch:
@@ -76,7 +76,7 @@ def typed(line: str, folder: Path) -> tuple[int, str]:
 
 
 def blocks(text: str) -> Iterator[str]:
-    """What is set as code by an indent, or by a fence that names no language."""
+    """Yield indented code, and fenced code without a language."""
     fenced = re.compile(r"^```(.*)\n((?:.*\n)*?)```$", re.MULTILINE)
     yield from (match[2] for match in fenced.finditer(text) if match[1] in ("", "sh", "bash"))
     lines = fenced.sub("", text).split("\n")
@@ -85,18 +85,18 @@ def blocks(text: str) -> Iterator[str]:
 
 
 def command_lines(text: str) -> list[str]:
-    """The lines of code that begin with a program's name."""
+    """Return the lines of code that start with a program's name."""
     joined = "\n".join(blocks(text)).replace("\\\n", " ")
     return [line.strip() for line in joined.split("\n") if line.split(" ")[0] in PROGRAMS]
 
 
 def bare(line: str) -> str:
-    """Without remarks."""
+    """Remove the comment."""
     return line.split(" #")[0].strip()
 
 
 def pages() -> list[Page]:
-    """All of them: documents, then the help of each command."""
+    """Return all documents, then the help of each command."""
     found = []
     for path in DOCUMENTS:
         name = path.relative_to(ROOT).as_posix()
@@ -118,7 +118,7 @@ LINES = [
 
 @pytest.fixture(scope="module")
 def clone(tmp_path_factory: pytest.TempPathFactory) -> Callable[[], Path]:
-    """Copies of what is in a fresh clone, as far as the documents name it."""
+    """Return a function that copies what a fresh clone has, as far as the documents use it."""
 
     def copy() -> Path:
         folder = tmp_path_factory.mktemp("clone")
@@ -135,13 +135,13 @@ def clone(tmp_path_factory: pytest.TempPathFactory) -> Callable[[], Path]:
 @needs_opengl
 @pytest.mark.parametrize(("page", "number"), LINES)
 def test_line_runs_as_printed(page: Page, number: int, clone: Callable[[], Path]) -> None:
-    """Exit code 0, in the folder of the document (of the README and the help: the clone)."""
+    """Each printed line exits with code 0, in the folder of its document."""
     code, printed = page.answer(number, clone)
     assert code == 0, printed
 
 
 def test_lines_not_run() -> None:
-    """Those that the tests leave out stand in the documents, and make knows what to do."""
+    """Lines that the tests skip stand in the documents, and make knows their goals."""
     for name, lines in ELSEWHERE.items():
         page = next(page for page in PAGES if page.name == name)
         assert set(lines) == set(map(bare, page.elsewhere))
@@ -152,7 +152,7 @@ def test_lines_not_run() -> None:
 
 
 def test_every_command_has_an_example() -> None:
-    """In its help, and a line in the README's table."""
+    """Each command has an example in its help and a line in the README's table."""
     for page in PAGES:
         if page.name.startswith("geomhw "):
             command = page.name.removesuffix(" --help")
@@ -170,7 +170,7 @@ OPTIONS = [
 
 @pytest.mark.parametrize(("command", "option"), OPTIONS)
 def test_option_is_documented(command: click.Command, option: click.Option) -> None:
-    """Every spelling of it in the README; in the help what it does, and what is taken without it, if anything is."""
+    """Each spelling of an option is in the README; its help has a text and its default."""
     for name in [*option.opts, *option.secondary_opts]:
         assert re.search(rf"`[^`]*(?<![\w-]){re.escape(name)}(?![\w-])", README), f"{name} is not in the README"
     context = command.make_context("", [], resilient_parsing=True)
@@ -182,7 +182,7 @@ def test_option_is_documented(command: click.Command, option: click.Option) -> N
 
 
 def test_readme_options_exist() -> None:
-    """No option in the README that no command has."""
+    """Each option in the README exists."""
     known = {
         name for *_, option in (case.values for case in OPTIONS) for name in [*option.opts, *option.secondary_opts]
     }
@@ -192,14 +192,14 @@ def test_readme_options_exist() -> None:
 
 
 def test_readme_arrays() -> None:
-    """Every array of the README's table is in the help of its command."""
+    """Each array in the README's table is in the help of its command."""
     rows = re.findall(r"^\| `(\w+)` \|([^|]*)\|([^|]*)\|$", README, re.MULTILINE)
     checked = [name for name, *cells in rows if name in program.commands and check_arrays(name, " ".join(cells))]
     assert {"geodesic", "vecdiffuse", "advect", "fluid", "helmholtz"} <= set(checked)
 
 
 def check_arrays(command: str, cells: str) -> bool:
-    """Whether the cells name arrays; all are in the command's help."""
+    """Check that all arrays named in the cells are in the command's help; return whether there are any."""
     names = re.findall(r"`(\w+)`", cells)
     help_text = program.commands[command].help or ""
     missing = [name for name in names if not re.search(rf"\b{name}\b", help_text)]
@@ -209,7 +209,7 @@ def check_arrays(command: str, cells: str) -> bool:
 
 @pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: path.relative_to(ROOT).as_posix())
 def test_links_lead_somewhere(path: Path) -> None:
-    """Links and pictures within the project, and the headings that they name, are there."""
+    """Links, pictures and headings within the project exist."""
     for target in re.findall(r"\]\((?!https?:)([^)\s]+)\)", path.read_text(encoding="utf-8")):
         name, _, heading = target.partition("#")
         file = path.parent / unquote(name) if name else path
@@ -220,7 +220,7 @@ def test_links_lead_somewhere(path: Path) -> None:
 
 
 def test_figures_name_their_tests() -> None:
-    """``pytest tests/FILE -k WORD`` beside a figure names tests that are there."""
+    """``pytest tests/FILE -k WORD`` beside a figure names tests that exist."""
     for path in DOCUMENTS:
         for file, word in re.findall(
             r"`pytest\s+(tests/\w+/\w+\.py)(?:\s+-k\s+(\w+))?`", path.read_text(encoding="utf-8")
@@ -232,7 +232,7 @@ def test_figures_name_their_tests() -> None:
 
 
 def test_goals_of_make(clone: Callable[[], Path]) -> None:
-    """Every ``make GOAL`` within a sentence is a goal of the Makefile beside, or of that at the top."""
+    """Each ``make GOAL`` in a sentence is a goal of the Makefile beside it or at the top."""
     folder = clone()
     for mesh in ("spot.obj", "kitten.obj"):
         (folder / "examples" / "films" / mesh).touch()
@@ -243,7 +243,7 @@ def test_goals_of_make(clone: Callable[[], Path]) -> None:
 
 
 def test_completion_in_bash() -> None:
-    """The line of the README makes bash complete commands, options and choices."""
+    """The README's line makes bash complete commands, options and choices."""
     line = next(line for line in command_lines(README) if line.startswith("eval "))
     for words, expected in [
         (["geomhw", "geo"], "geodesic"),

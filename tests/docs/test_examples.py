@@ -1,4 +1,4 @@
-"""The examples run, and show what they say."""
+"""The examples run, and their output has the stated properties."""
 
 import json
 import re
@@ -17,19 +17,19 @@ from support.reference import needs_reference, reference
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 HANDOUT = EXAMPLES / "handout"
-#: What the page says of the course's own mesh.
+#: The numbers on the page for the mesh of the course.
 COURSE = {"0.337", "66.94074373"}
 
 
 def make_handout(out: Path, *arguments: str | Path) -> None:
-    """Runs make there, with this test's Python, for an output folder."""
+    """Run make in examples/handout, with this Python, for an output folder."""
     command = ["make", "-j2", "-C", HANDOUT, f"OUT={out}", f"PYTHON={sys.executable}", *arguments]
     subprocess.run([*command, f"GEOMHW={sys.executable} -m geomhw_cli"], check=True, capture_output=True)
 
 
 @needs_opengl
 def test_handout(tmp_path: Path) -> None:
-    """The page's table is what a run prints, each decimal in its text is in the table, and every picture is made."""
+    """The page's table is the output of a run, its decimals are in the table, and every picture is made."""
     make_handout(tmp_path, "STEPS=2", "EVERY=1", "FADING=2")
     table = (tmp_path / "numbers.md").read_text()
     page = (HANDOUT / "README.md").read_text()
@@ -40,7 +40,7 @@ def test_handout(tmp_path: Path) -> None:
     shown = re.findall(r"\]\((\w\S*\.(?:png|gif))\)", page)
     assert len(shown) == 8
     for name in shown:
-        # As the page has it, but for a film's length.
+        # Only the length of a film differs from the page.
         with Image.open(tmp_path / name) as made, Image.open(HANDOUT / name) as kept:
             assert made.size == kept.size
             assert len(np.unique(np.asarray(made.convert("RGB")).reshape(-1, 3), axis=0)) > 100
@@ -49,7 +49,7 @@ def test_handout(tmp_path: Path) -> None:
 @needs_opengl
 @needs_reference
 def test_handout_on_the_course_mesh(tmp_path: Path) -> None:
-    """The farthest vertex that the handout asks for, and what else the page says of that mesh."""
+    """On the course's mesh, farthest vertex, distance and time are those on the page."""
     make_handout(tmp_path, f"MESH={reference('meshes/closed/moomoo.off')}", tmp_path / "work" / "heat.json")
     report = json.loads((tmp_path / "work" / "heat.json").read_text())
     assert report["farthest"]["vertex"] == 765
@@ -58,7 +58,7 @@ def test_handout_on_the_course_mesh(tmp_path: Path) -> None:
 
 
 def test_links() -> None:
-    """Pages lead to files that are there, and each of the five methods has a page."""
+    """Links lead to existing files, and each of the five methods has a page."""
     pages = [EXAMPLES.parent / "README.md", *EXAMPLES.rglob("*.md")]
     links = [(page, link) for page in pages for link in re.findall(r"\]\(([^)#\s]+)\)", page.read_text())]
     assert len(links) > 40
@@ -68,7 +68,7 @@ def test_links() -> None:
 
 
 def test_flow_validation(tmp_path: Path) -> None:
-    """The figures tell the schemes apart, and both plots hold a curve of each one's color."""
+    """The figures separate the schemes, and both plots have a curve of each scheme's color."""
     arguments = ["--levels", "1", "2", "--steps", "20", "-o", str(tmp_path)]
     command = [sys.executable, str(EXAMPLES / "flow" / "validate.py"), *arguments]
     printed = subprocess.run(command, check=True, capture_output=True, text=True).stdout
@@ -88,14 +88,14 @@ def test_flow_validation(tmp_path: Path) -> None:
 
 
 def numbers_of(name: str, folder: Path) -> list[float]:
-    """Runs a program of examples/python in a folder; the numbers that it prints."""
+    """Run a program of examples/python in a folder, and return the numbers that it prints."""
     command = [sys.executable, str(EXAMPLES / "python" / f"{name}.py")]
     printed = subprocess.run(command, check=True, capture_output=True, text=True, cwd=folder).stdout
     return [float(word.replace(",", "")) for word in re.findall(r"-?\d[\d,]*(?:\.\d+)?(?:e-?\d+)?", printed)]
 
 
 def test_python_programs_are_short() -> None:
-    """Each is short enough to be read at once, and named in the README."""
+    """Each program has at most 30 lines, and the README names it."""
     files = sorted((EXAMPLES / "python").glob("*.py"))
     readme = (EXAMPLES / "python" / "README.md").read_text()
     assert len(files) == 5
@@ -105,7 +105,7 @@ def test_python_programs_are_short() -> None:
 
 
 def test_python_distance(tmp_path: Path) -> None:
-    """Each point is nearer to the others than the one before, and the file has the distances from all."""
+    """The file has the distances from five points, which are spread over the surface."""
     numbers_of("distance", tmp_path)
     distance = np.asarray(read(tmp_path / "points.vtp")["distance"])
     assert np.count_nonzero(distance == 0) == 5
@@ -113,13 +113,13 @@ def test_python_distance(tmp_path: Path) -> None:
 
 
 def test_python_transport(tmp_path: Path) -> None:
-    """The vector comes back turned by the area, a quarter turn, to a tenth of a degree."""
+    """The vector returns turned by the enclosed area, 90°, to a tenth of a degree."""
     found = numbers_of("transport", tmp_path)
     np.testing.assert_allclose([found[-4], found[-1]], 90, atol=0.1)
 
 
 def test_python_decomposition(tmp_path: Path) -> None:
-    """Shares add up; the slope is found but for what the mesh takes for slope in the flow round the hole."""
+    """The shares sum to 100 %, and the added gradient is recovered."""
     *shares, off = numbers_of("decomposition", tmp_path)
     assert sum(shares) == pytest.approx(100, abs=0.2)
     assert min(shares) > 5
@@ -127,7 +127,7 @@ def test_python_decomposition(tmp_path: Path) -> None:
 
 
 def test_python_flow(tmp_path: Path) -> None:
-    """The vortices turn on, by some 30° from line to line, and energy is kept."""
+    """The vortices turn by more than 20° from line to line, and the energy is constant."""
     found = numbers_of("flow", tmp_path)
     angles, drift = np.array(found[1:8:2]), found[-1]
     assert (np.diff(angles) > 20).all()
@@ -135,7 +135,7 @@ def test_python_flow(tmp_path: Path) -> None:
 
 
 def test_python_own_operator(tmp_path: Path) -> None:
-    """The bracket of two turns comes nearer to the third with every refinement."""
+    """The error of the commutator of two rotations decreases with each refinement."""
     errors = numbers_of("own_operator", tmp_path)[1::2]
     assert errors[0] > 1.3 * errors[1] > 1.3**2 * errors[2]
     assert errors[2] < 3

@@ -1,4 +1,4 @@
-"""What the program makes beside what is kept in examples/golden, and beside the README's picture, by ``compare``."""
+"""The program's output equals that in examples/golden, and its picture that of the README, by ``compare``."""
 
 import json
 import re
@@ -21,35 +21,32 @@ EXAMPLE = ROOT / "examples" / "golden"
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, "subprocess.CompletedProcess[str]"]:
-    """A copy of the example where make has run, and what make said."""
+    """Return a copy of the example where make has run, and make's answer."""
     copy = tmp_path_factory.mktemp("made") / "golden-example"
     shutil.copytree(EXAMPLE, copy, ignore=shutil.ignore_patterns("new"))
     return copy, make(copy)
 
 
 def make(folder: Path, *goals: str) -> subprocess.CompletedProcess[str]:
-    """Make there, with the meshes of the project."""
+    """Run make in a folder, with the meshes of this project."""
     variables = [f"GEOMHW={sys.executable} -m geomhw_cli", f"DATA={ROOT / 'data'}"]
     return subprocess.run(["make", "-s", *goals, *variables], cwd=folder, capture_output=True, text=True)
 
 
 def kept(folder: Path) -> dict[str, bytes]:
-    """The golden files."""
+    """Return the golden files."""
     return {path.name: path.read_bytes() for path in (folder / "golden").iterdir()}
 
 
 def test_golden(made: tuple[Path, "subprocess.CompletedProcess[str]"]) -> None:
-    """Every array, column and value of every command is what it was; ``make golden`` after a change that is meant."""
+    """Every array, column and value of every command equals the golden one."""
     golden, answer = made
     assert answer.returncode == 0, answer.stdout + answer.stderr
     assert answer.stdout.count(": same: ") == len(kept(golden))
 
 
 def test_golden_tells_and_renews(made: tuple[Path, "subprocess.CompletedProcess[str]"], tmp_path: Path) -> None:
-    """Of golden files that are changed or gone, what differs and where; renewed, these are right, the others as before.
-
-    The changed number is put in the third line of a table, and found there, among the results that are there already.
-    """
+    """Changed and missing golden files are reported with the place of the change; ``make renew`` restores them."""
     golden = Path(shutil.copytree(made[0], tmp_path / "golden-example"))
     before = kept(golden)
     table = golden / "golden" / "fluid.csv"
@@ -73,7 +70,7 @@ def test_golden_tells_and_renews(made: tuple[Path, "subprocess.CompletedProcess[
 
 
 def test_golden_is_complete() -> None:
-    """No file in the folder that is not compared, and none too heavy for a repository."""
+    """Each file in the folder is compared, and together they take less than 400 kB."""
     listed = re.search(r"^RESULTS = ((?:.*\\\n)*.*)", (EXAMPLE / "Makefile").read_text(), re.MULTILINE)
     assert listed
     files = kept(EXAMPLE)
@@ -82,7 +79,7 @@ def test_golden_is_complete() -> None:
 
 
 def test_golden_names_no_machine() -> None:
-    """Reports kept hold no absolute path."""
+    """Golden reports hold no absolute path."""
     for path in (EXAMPLE / "golden").glob("*.json"):
         report = json.loads(path.read_text())
         assert not any(Path(name).is_absolute() for name in [report["input"]["path"], *report.get("files", [])])
@@ -90,7 +87,7 @@ def test_golden_names_no_machine() -> None:
 
 @needs_opengl
 def test_readme_picture(tmp_path: Path) -> None:
-    """The picture at the top of the README is what the command of ``make demo`` draws."""
+    """The picture in the README is the one that ``make demo`` draws."""
     made = tmp_path / "creature.png"
     run("geodesic", ROOT / "data" / "creature.obj", "-o", tmp_path / "creature.vtk", "--png", made, "-q")
     answer = run("compare", ROOT / "examples" / "creature.png", made)

@@ -11,7 +11,7 @@ from support.meshes import zoo_mesh
 
 
 def test_refusals() -> None:
-    """Bad fields, functions, times and integrators each have their sentence."""
+    """Wrong fields, functions, times and integrators raise, with the size, face, vertex or choices."""
     mesh = zoo_mesh("sphere")
     V = rigid_field(mesh, Z)
     with pytest.raises(FieldError, match=r"\(1280, 3\)"):

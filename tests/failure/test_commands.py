@@ -32,7 +32,7 @@ GOOD = "OFF\n4 4 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3
     ],
 )
 def test_bad_mesh_is_one_sentence(text: str | None, words: list[str], folder: Path) -> None:
-    """Each kind of broken file: one line on stderr, exit code 1, nothing written."""
+    """Each kind of broken file gives one line on stderr, exit code 1, and no output file."""
     if text is not None:
         Path("bad.off").write_text(text)
     answer = run("geodesic", "bad.off")
@@ -61,7 +61,7 @@ def test_bad_mesh_is_one_sentence(text: str | None, words: list[str], folder: Pa
     ],
 )
 def test_bad_arguments(arguments: list[str], code: int, words: str, folder: Path) -> None:
-    """What is asked for wrongly is refused before anything is written."""
+    """Wrong arguments are refused before any file is written."""
     save_off(icosphere(0))
     answer = run("geodesic", "ball.off", *arguments)
     assert answer.exit_code == code
@@ -70,7 +70,7 @@ def test_bad_arguments(arguments: list[str], code: int, words: str, folder: Path
 
 
 def test_failure_keeps_what_was_there() -> None:
-    """A run that fails leaves an older result as it was."""
+    """A run that fails keeps an older result."""
     save_off(icosphere(0))
     Path("a.vtk").write_text("older")
     assert run("geodesic", "ball.off", "--source", "99", "-o", "a.vtk").exit_code == 1
@@ -78,7 +78,7 @@ def test_failure_keeps_what_was_there() -> None:
 
 
 def test_input_is_never_overwritten() -> None:
-    """A mesh is not written over itself, under another name either."""
+    """A mesh is not overwritten, under any of its names."""
     write(MeshResult(icosphere(1)), "ball.ply")
     os.symlink("ball.ply", "link.ply")
     before = Path("ball.ply").read_bytes()
@@ -90,7 +90,7 @@ def test_input_is_never_overwritten() -> None:
 
 
 def test_no_opengl_loses_no_data(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Where nothing can be drawn, the data are written and one line says which package is missing."""
+    """Without OpenGL the data are written, and one line names the missing package."""
     from geomhw.render import offscreen
 
     monkeypatch.setattr(offscreen, "missing_opengl", lambda: "there is no OpenGL library (libEGL.so.1)")
@@ -111,7 +111,7 @@ def test_no_opengl_loses_no_data(monkeypatch: pytest.MonkeyPatch) -> None:
     [("none.vtp:wind", "none.vtp"), ("wind.vtp:gale", "gale"), ("wind.vtp:scalar", "no vector field")],
 )
 def test_helmholtz_refusals(spec: str, words: str) -> None:
-    """A missing file, a missing array and a scalar are told apart."""
+    """A missing file, a missing array and a scalar array give different messages."""
     ball = icosphere(1)
     save_off(ball)
     fields = [Field("wind", "face", ball.face_normals), Field("scalar", "vertex", ball.vertices[:, 0])]

@@ -21,7 +21,7 @@ def folder(folder: Path) -> Path:
 
 @both
 def test_no_mp4_without_ffmpeg(command: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Where imageio-ffmpeg is not installed, a line says so before any work is done."""
+    """Without imageio-ffmpeg, ``--mp4`` is refused before the run starts."""
     monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
     one_line(run(command, "ball.off", *SHORT, "--mp4", "flow.mp4"), "pip install imageio-ffmpeg", "GIF")
     assert files(folder) == ["ball.off"]
@@ -29,7 +29,7 @@ def test_no_mp4_without_ffmpeg(command: str, folder: Path, monkeypatch: pytest.M
 
 @both
 def test_no_film_without_opengl(command: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Where nothing can be drawn, that is said before hours of computing, not after."""
+    """Without OpenGL, films are refused before the run starts."""
     from geomhw.render import offscreen
 
     monkeypatch.setattr(offscreen, "missing_opengl", lambda: "there is no OpenGL library (libEGL.so.1)")
@@ -63,7 +63,7 @@ def test_no_film_without_opengl(command: str, folder: Path, monkeypatch: pytest.
     ],
 )
 def test_refusals(command: str, arguments: list[str], words: list[str], folder: Path) -> None:
-    """Input that makes no flow: exit code 1, one sentence, nothing written."""
+    """Wrong fields, steps and outputs: exit code 1, one line, no file written."""
     spoiled_inputs()
     before = files(folder)
     option = {"advect": "--field", "fluid": "--init"}[command]
@@ -83,7 +83,7 @@ def test_refusals(command: str, arguments: list[str], words: list[str], folder: 
     ],
 )
 def test_usage(command: str, arguments: list[str], words: str, folder: Path) -> None:
-    """Specs that are not known: exit code 2, and the last line says what is wrong; nothing written."""
+    """Unknown specs: exit code 2, the reason in the last line, no file written."""
     option = {"advect": "--field", "fluid": "--init"}[command]
     answer = run(command, "ball.off", *[option if part == "FIELD" else part for part in arguments])
     assert answer.exit_code == 2
@@ -102,7 +102,7 @@ def test_usage(command: str, arguments: list[str], words: str, folder: Path) -> 
     ],
 )
 def test_fluid_usage(arguments: list[str], words: str, folder: Path) -> None:
-    """Options that exclude each other, or are not known: exit code 2, nothing written."""
+    """Options that exclude each other, or unknown choices: exit code 2, no file written."""
     answer = run("fluid", "ball.off", *arguments)
     assert answer.exit_code == 2
     assert not missing(answer.stderr.strip().splitlines()[-1], words)
@@ -125,7 +125,7 @@ def test_fluid_usage(arguments: list[str], words: str, folder: Path) -> None:
     ],
 )
 def test_fluid_refusals(arguments: list[str], words: str, folder: Path) -> None:
-    """Meshes and numbers that make no fluid: exit code 1, one sentence, nothing written."""
+    """Wrong meshes and numbers: exit code 1, one line, no file written."""
     spoiled_inputs()
     before = files(folder)
     one_line(run("fluid", *arguments), words)
@@ -133,7 +133,7 @@ def test_fluid_refusals(arguments: list[str], words: str, folder: Path) -> None:
 
 
 def test_a_frame_read_from_is_not_written_over(folder: Path) -> None:
-    """A flow that starts from a frame of an earlier series is not given its names."""
+    """A flow that starts from a frame of an earlier series may not overwrite it."""
     run("fluid", "ball.off", *SHORT, "-q")
     before = contents(folder)
     again = ("--init", "ball.fluid.00002.vtp:velocity")
@@ -143,7 +143,7 @@ def test_a_frame_read_from_is_not_written_over(folder: Path) -> None:
 
 
 def test_a_step_too_long(folder: Path) -> None:
-    """Where the scheme refuses on the way, what was written stays, and is a valid series; no film is begun."""
+    """When a step is too long halfway, the frames so far form a valid series, and no film is written."""
     arguments = ("--scheme", "fast", "--dt", "0.5", "--steps", "200", "--every", "1")
     answer = run("fluid", "ball.off", *arguments, "--csv", "f.csv", "--gif", "f.gif")
     one_line(answer, "too long", "Courant number", "the largest")
@@ -156,7 +156,7 @@ def test_a_step_too_long(folder: Path) -> None:
 
 @pytest.mark.parametrize("mesh", [FINE, TriangleMesh(2 * BALL.vertices, BALL.faces)])
 def test_restart_on_another_mesh(mesh: TriangleMesh, folder: Path) -> None:
-    """A state of another mesh is refused, of as many vertices too."""
+    """A state of another mesh is refused, also one with as many vertices."""
     run("fluid", "ball.off", *SHORT, "-q")
     save_off(mesh)
     before = contents(folder)
@@ -165,7 +165,7 @@ def test_restart_on_another_mesh(mesh: TriangleMesh, folder: Path) -> None:
 
 
 def test_restart_into_another_series(folder: Path) -> None:
-    """A series whose frames are of other times is not mixed with those to come."""
+    """A restart into a series with other times is refused."""
     run("fluid", "ball.off", *SHORT, "-q")
     run("fluid", "ball.off", "--dt", "0.02", "--steps", "9", "--every", "3", "-o", "other.pvd", "-q")
     before = contents(folder)
@@ -184,7 +184,7 @@ def test_restart_into_another_series(folder: Path) -> None:
     ],
 )
 def test_restart_of_another_run(other: list[str], words: str, folder: Path) -> None:
-    """A state is gone on from with the parameters and the series it is of, or not at all."""
+    """A restart with other parameters or another series is refused."""
     run("fluid", "ball.off", *SHORT, "-q")
     before = contents(folder)
     one_line(run("fluid", "ball.off", *SHORT, *other, "--restart", "ball.fluid.restart.npz"), words)

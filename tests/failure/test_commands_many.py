@@ -23,7 +23,7 @@ def folder(folder: Path) -> Path:
 
 
 def test_another_run_is_not_gone_on_with(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Other options, another mesh, or a state that is damaged, are refused in a sentence, and nothing is lost."""
+    """Partial results of other options or another mesh, and damaged ones, are refused and kept."""
     with monkeypatch.context() as patched:
         patched.setattr(HeatDistance, "rows", stopping(3, interrupt))
         run(*ALL.split())
@@ -53,7 +53,7 @@ def test_another_run_is_not_gone_on_with(monkeypatch: pytest.MonkeyPatch) -> Non
 
 
 def test_no_room_beforehand(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Found out before anything is computed."""
+    """A disk that is too small is reported before the computation starts."""
     from shutil import disk_usage
 
     monkeypatch.setattr("shutil.disk_usage", lambda path: disk_usage(path)._replace(free=300_000))
@@ -66,7 +66,7 @@ def test_no_room_beforehand(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_no_room_in_the_middle() -> None:
-    """A disk that fills up is one sentence; what fits is kept, and the run goes on when there is room."""
+    """When the disk fills up, the rows so far are kept, and the run resumes when there is room."""
     Path("D.npy").write_text("old")
     with files_no_larger_than(200_000):
         answer = run(*ALL.split())
@@ -79,7 +79,7 @@ def test_no_room_in_the_middle() -> None:
     np.testing.assert_allclose(np.load("D.npy"), expected(), rtol=0, atol=1e-11)
 
 
-# -- what is refused --------------------------------------------------------------------------------------------------
+# -- refusals ---------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -104,7 +104,7 @@ def test_no_room_in_the_middle() -> None:
     ],
 )
 def test_refused(words: str, code: int, keywords: str, folder: Path) -> None:
-    """In one sentence, before anything is written."""
+    """Wrong options, outputs and files give one line, and no file is written."""
     for name, text in {
         "bad.npy": "x", "empty": "", "far": "3\n208", "three": "1 2 3", "within": "1 2\n3 face:4", "far.csv": "1 2",
     }.items():  # fmt: skip

@@ -41,13 +41,13 @@ def folder(folder: Path) -> Path:
     ],
 )
 def test_no_source(text: str) -> None:
-    """What is no source is refused before the mesh is read."""
+    """Text that is no source is refused before the mesh is read."""
     with pytest.raises(UsageError, match="is no source; give"):
         SourceSpecs.parse([text])
 
 
 def test_range_runs_forward() -> None:
-    """From the smaller to the larger."""
+    """A range from larger to smaller is refused."""
     with pytest.raises(UsageError, match="'44-40' runs backward"):
         SourceSpecs.parse(["44-40"])
 
@@ -65,7 +65,7 @@ def test_range_runs_forward() -> None:
     ],
 )
 def test_bad_file(content: bytes | None, words: str) -> None:
-    """One sentence with the name of the file, and the line."""
+    """The message names the file and the line."""
     if content is not None:
         Path("s.txt").write_bytes(content)
     with pytest.raises(FormatError) as caught:
@@ -89,7 +89,7 @@ def test_bad_file(content: bytes | None, words: str) -> None:
     ],
 )
 def test_refused(command: str, mesh: str, arguments: list[str], code: int, words: str, folder: Path) -> None:
-    """One sentence, the right exit code, and nothing written."""
+    """Each wrong source gives one line and the right exit code, and no file is written."""
     Path("far.txt").write_text("1\n\n900 # far\n")
     before = sorted(path.name for path in folder.iterdir())
     answer = run(command, mesh, "--source", *arguments)

@@ -20,20 +20,17 @@ def folder(folder: Path) -> Path:
 
 @pytest.mark.parametrize(("first", "then"), [([], TRACED), (TRACED, []), (TRACED, ["--tracers", "45"])])
 def test_restart_with_other_tracers(first: list[str], then: list[str], folder: Path) -> None:
-    """Neither with, without, nor with more of them than before."""
+    """A restart with a different number of tracers is refused."""
     run("fluid", "ball.off", *SHORT, *first, "-q")
     before = contents(folder)
     one_line(run("fluid", "ball.off", *SHORT, *then, "--restart", "ball.fluid.restart.npz"), "tracers = ", "start anew")
     assert contents(folder) == before
 
 
-# -- refusals ----------------------------------------------------------------------------------------------------
-
-
 @both
 @pytest.mark.parametrize("count", ["0", "-3", "2.5", "many", "10000001"])
 def test_no_number(command: str, count: str, folder: Path) -> None:
-    """What is no number of tracers: exit code 2, said in the last line, nothing written."""
+    """A count that is no positive whole number gives exit code 2, and no file is written."""
     answer = run(command, "ball.off", "--tracers", count)
     assert answer.exit_code == 2
     last = answer.stderr.strip().splitlines()[-1]
@@ -43,7 +40,7 @@ def test_no_number(command: str, count: str, folder: Path) -> None:
 
 
 def test_manifolds_only(folder: Path) -> None:
-    """A color is carried over three faces at an edge; a particle would not know where to go."""
+    """Tracers need a manifold; color alone does not."""
     spoiled_inputs()
     before = files(folder)
     one_line(run("advect", "fan.off", *SHORT, *TRACED), "tracers", "3 faces meet at edge 0-1")
@@ -52,7 +49,7 @@ def test_manifolds_only(folder: Path) -> None:
 
 
 def test_tracers_read_from_are_not_written_over(folder: Path) -> None:
-    """A mesh that has the name of tracers to come is not lost to them."""
+    """A mesh with the name of a future tracer file is not overwritten."""
     (folder / "ball.off").rename(folder / "flow.tracers.00000.off")
     write(read("flow.tracers.00000.off"), "flow.tracers.00000.vtp")
     before = contents(folder)

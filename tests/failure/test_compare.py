@@ -21,6 +21,7 @@ pytestmark = pytest.mark.usefixtures("folder")
 
 @pytest.mark.parametrize("rtol", [-1e-9, np.nan, np.inf])
 def test_tolerances_are_checked(rtol):
+    """Tolerances that are negative or not finite raise."""
     with pytest.raises(GeomhwError, match="rtol is"):
         Tolerance(rtol)
 
@@ -53,7 +54,7 @@ def test_tolerances_are_checked(rtol):
     ],
 )
 def test_trouble_is_not_a_difference(arguments, words, folder):
-    """What cannot be compared is exit code 2 and one sentence, never 1, and nothing on stdout."""
+    """Files that cannot be compared give exit code 2 and one line, and nothing on stdout."""
     save_off(icosphere(0), "a.off")
     write(Result(icosphere(0)), "a.00000.vtp")
     pvd = "<VTKFile><Collection>{}</Collection></VTKFile>"
@@ -77,7 +78,7 @@ def test_trouble_is_not_a_difference(arguments, words, folder):
 
 
 def test_trouble_says_which_file():
-    """Of two files of one name, the folder tells them apart."""
+    """Of two files of one name, the message has the folder."""
     for where in "ab":
         Path(where).mkdir()
         save_off(BALL, f"{where}/m.off")
@@ -94,5 +95,5 @@ def test_trouble_says_which_file():
 
 
 def test_other_commands_still_fail_with_one():
-    """Only of compare is trouble 2."""
+    """Other commands exit with code 1 on failure."""
     assert run("info", "none.off").exit_code == 1

@@ -13,7 +13,7 @@ pytestmark = pytest.mark.usefixtures("folder")
 
 
 def test_input_is_kept():
-    """The difference is not written over what is compared: trouble, not a difference."""
+    """The difference picture may not replace an input, and must be a PNG."""
     save("a.png", PLAIN)
     before = Path("a.png").read_bytes()
     answer = run("compare", "a.png", "a.png", "--diff", "a.png")
@@ -23,7 +23,7 @@ def test_input_is_kept():
 
 
 def test_deep_pngs_are_refused():
-    """16 bits are not cut down to 8 in silence."""
+    """PNG files with 16 bits are refused."""
     Image.fromarray(np.zeros((4, 4), np.uint16)).save("a.png")
     answer = run("compare", "a.png", "a.png")
     assert answer.exit_code == 2

@@ -12,7 +12,7 @@ from support.meshes import zoo_mesh
 
 
 def test_intrinsic_refuses_what_has_no_fans() -> None:
-    """Pinched vertices and disagreeing faces have no order round a vertex: the message names the other connection."""
+    """Pinched vertices and disagreeing faces have no cyclic order; the message names the other connection."""
     pinched = TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0]], [[0, 1, 2], [0, 3, 4]])
     two_tetrahedra = np.concatenate([zoo_mesh("tetrahedron").faces, zoo_mesh("tetrahedron").faces + 3])
     points = np.concatenate([zoo_mesh("tetrahedron").vertices, [[-2, -2, 5], [3, -1, 4], [-3, 0, 6]]])
@@ -25,13 +25,13 @@ def test_intrinsic_refuses_what_has_no_fans() -> None:
 
 
 def test_no_normal_is_named() -> None:
-    """A vertex whose faces cancel has no tangent plane."""
+    """A vertex whose face normals cancel has no tangent plane; the message names it."""
     mesh = TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0]], [[0, 1, 2], [0, 4, 3]])
     with pytest.raises(MeshError, match="vertex 0 has no normal"):
         edge_rotations(mesh)
 
 
 def test_unknown_connection() -> None:
-    """The message says which there are."""
+    """The message lists the connections."""
     with pytest.raises(FieldError, match="normals, intrinsic"):
         edge_transport(grid(2, 2), "discrete")  # type: ignore[arg-type]

@@ -1,4 +1,4 @@
-"""What goes wrong while files are written: full disks, kills, links, rivals. No half file, no lost input."""
+"""Full disks, kills, links and concurrent runs: no partial file, no lost input."""
 
 import errno
 import os
@@ -24,7 +24,7 @@ BALL = icosphere(1)
 LINUX = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="made of Linux's own tools")
 FLOW = "--dt 0.01 --steps 4 --every 2"
 FILM = "--dt 0.01 --steps 1"
-#: A command a writer: every format, every kind of file beside it.
+#: A command for each writer: every format and every kind of file.
 COMMANDS = {
     "geodesic": "geodesic ball.off -o a.vtk -o b.vtp -o c.vtu -o d.ply --png e.png",
     "vecdiffuse": "vecdiffuse ball.off -o a.ply",
@@ -53,12 +53,12 @@ def folder(folder: Path) -> Path:
 
 
 def trouble(command: str) -> int:
-    """The exit code of a failure."""
+    """Return the exit code of a failure."""
     return 2 if command.startswith("compare") else 1
 
 
 def assert_refused(answer: Answer, *words: str, code: int = 1) -> None:
-    """Not done, in one line that has these words."""
+    """Check the exit code, and one line with these keywords."""
     assert answer.exit_code == code, answer.output
     lines = answer.stderr.splitlines()
     assert len(lines) == 1, answer.stderr
@@ -67,7 +67,7 @@ def assert_refused(answer: Answer, *words: str, code: int = 1) -> None:
         assert not missing(lines[0], word)
 
 
-# -- full disks and folders that may not be written to ----------------------------------------------------------------
+# -- full disks and read-only folders ---------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -76,7 +76,7 @@ def assert_refused(answer: Answer, *words: str, code: int = 1) -> None:
     + [pytest.param(name, share, marks=needs_opengl) for name in DRAWS for share in (0.5, 0.99)],
 )
 def test_no_room(name: str, share: float, folder: Path) -> None:
-    """Whatever file does not fit is not there; those that are there are whole, and no other is left behind."""
+    """A file that does not fit is absent; the others are complete, and no temporary file is left."""
     before = contents(folder)
     arguments = COMMANDS[name].split()
     assert run(*arguments).exit_code == (1 if name == "compare" else 0)
@@ -99,7 +99,7 @@ def test_no_room(name: str, share: float, folder: Path) -> None:
 
 
 def test_no_room_for_a_gif(folder: Path) -> None:
-    """A film that does not fit is not there."""
+    """A film that does not fit is absent."""
     from geomhw.errors import FormatError
     from geomhw.io.artifacts.film import write_gif
 
@@ -111,7 +111,7 @@ def test_no_room_for_a_gif(folder: Path) -> None:
 
 
 def in_namespace(script: str) -> "subprocess.CompletedProcess[str]":
-    """A shell script with mounts of its own; skips where the machine does not allow that."""
+    """Run a shell script in its own mount namespace, or skip the test."""
     options = ["--mount"] if os.geteuid() == 0 else ["--mount", "--map-root-user"]
     try:
         subprocess.run(["unshare", *options, "true"], check=True, capture_output=True)
@@ -123,7 +123,7 @@ def in_namespace(script: str) -> "subprocess.CompletedProcess[str]":
 
 @LINUX
 def test_a_disk_that_is_full() -> None:
-    """A file system of 16 kB: one sentence, exit code 1, nothing but what was there."""
+    """On a full file system of 16 kB: one line, exit code 1, and the former files only."""
     answer = in_namespace(
         "mkdir disk && mount -t tmpfs -o size=16k none disk || exit 99; echo old >disk/a.vtk; cd disk;"
         "geomhw geodesic ../ball.off -o a.vtk -o b.ply; echo $?; ls -A; cat a.vtk"
@@ -139,7 +139,7 @@ def test_a_disk_that_is_full() -> None:
 def test_a_disk_that_is_full_after_some_frames(
     command: str, at: int, folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """While the next frame is computed, or at the end: one sentence, a series of those before, and no film."""
+    """When the disk fills up at a frame: one line, a valid series of the frames before, and no film."""
     flush = os.fsync
 
     def no_room(handle: int) -> None:
@@ -160,7 +160,7 @@ def test_a_disk_that_is_full_after_some_frames(
 
 @LINUX
 def test_a_folder_that_is_read_only() -> None:
-    """Permissions bind nobody who is root; a mount does."""
+    """A read-only mount gives one line and no file."""
     answer = in_namespace(
         "mkdir disk && mount -t tmpfs none disk && mount -o remount,ro disk || exit 99; cd disk;"
         "geomhw geodesic ../ball.off --no-png; echo $?; ls -A"
@@ -173,7 +173,7 @@ def test_a_folder_that_is_read_only() -> None:
 @LINUX
 @pytest.mark.parametrize("command", ["info ball.off", "--help", "compare one.png one.png"])
 def test_standard_output_that_is_full(command: str) -> None:
-    """One sentence, no traceback, and not exit code 0."""
+    """A full standard output gives one line and a nonzero exit code."""
     with open("/dev/full", "w") as full:
         answer = subprocess.run(
             [sys.executable, "-m", "geomhw_cli", *command.split()], stdout=full, stderr=subprocess.PIPE, text=True
@@ -184,7 +184,7 @@ def test_standard_output_that_is_full(command: str) -> None:
 
 
 def test_a_film_that_ffmpeg_does_not_finish(monkeypatch: pytest.MonkeyPatch) -> None:
-    """ffmpeg's own words where it fails, and no file."""
+    """An error of ffmpeg is reported in its own words, and leaves no file."""
     import imageio_ffmpeg
 
     from geomhw.errors import FormatError
@@ -200,7 +200,7 @@ def test_a_film_that_ffmpeg_does_not_finish(monkeypatch: pytest.MonkeyPatch) -> 
 
 # -- kills and interrupts ---------------------------------------------------------------------------------------------
 
-#: A run that stops at the chosen call of the system: it says so, and waits to be ended.
+#: A run that stops at the chosen system call, prints a line, and waits.
 STOPPING = """
 import os, signal, sys, time
 signal.signal(signal.SIGHUP, signal.SIG_DFL)  # which is ignored where the tests run under nohup
@@ -222,7 +222,7 @@ main()
 
 
 def ended(number: int, at: int, command: str, seconds: float = 60) -> "subprocess.CompletedProcess[str]":
-    """The command, ended by a signal when it comes to that call of fsync or rename."""
+    """Run the command, and send a signal at the given call of fsync or rename."""
     words = [sys.executable, "-c", STOPPING, *command.split(), str(seconds), str(at)]
     with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
         assert process.stdout
@@ -238,7 +238,7 @@ TWO = "geodesic ball.off -o a.vtk -o b.ply"
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 @pytest.mark.parametrize("at", [2, 4])
 def test_interrupted(number: int, at: int, folder: Path) -> None:
-    """Ctrl-C, kill, a closed terminal: what was there is there again, and nothing else."""
+    """SIGINT, SIGTERM and SIGHUP restore the former files and leave nothing else."""
     Path("a.vtk").write_text("old")
     before = contents(folder)
     answer = ended(number, at, TWO)
@@ -249,7 +249,7 @@ def test_interrupted(number: int, at: int, folder: Path) -> None:
 
 @pytest.mark.parametrize("at", [1, 2, 3, 4])
 def test_killed(at: int, folder: Path) -> None:
-    """After SIGKILL each file is the old one or the new one; leftovers say what they are; the next run is as ever."""
+    """After SIGKILL each file is the old or the new one; leftovers have telling names; the next run works."""
     run(*TWO.split())
     new = {file: Path(file).read_bytes() for file in ("a.vtk", "b.ply")}
     Path("a.vtk").write_text("old")
@@ -268,7 +268,7 @@ def test_killed(at: int, folder: Path) -> None:
 
 
 def test_an_interrupt_in_a_series_is_held_back(folder: Path) -> None:
-    """kill amid a frame: the frame, its index and the state come to be, then the run ends and says how to go on."""
+    """A signal during a frame takes effect after it: frame, index and state are written, then the run ends."""
     answer = ended(signal.SIGTERM, 5, f"fluid ball.off {FLOW} --force none -o s.pvd", seconds=1)
     assert answer.returncode == 1
     assert "--restart s.restart.npz" in answer.stderr
@@ -278,7 +278,7 @@ def test_an_interrupt_in_a_series_is_held_back(folder: Path) -> None:
     assert len(read_series("s.pvd")) == 3
 
 
-# -- rivals -----------------------------------------------------------------------------------------------------------
+# -- concurrent runs --------------------------------------------------------------------------------------------------
 
 RIVAL = """
 import sys
@@ -291,7 +291,7 @@ for _ in range(200):
 
 
 def test_two_runs_at_once(folder: Path) -> None:
-    """Whoever looks finds a whole file, of one or of the other."""
+    """While two processes write the same files, a reader always finds a complete file."""
     whole = {letter * 100_000 for letter in "xy"}
     rivals = [subprocess.Popen([sys.executable, "-c", RIVAL, letter]) for letter in "xy"]
     seen = set()
@@ -303,9 +303,9 @@ def test_two_runs_at_once(folder: Path) -> None:
     assert not [file for file in os.listdir() if file.startswith(".")]
 
 
-# -- what stands in the place of a target -----------------------------------------------------------------------------
+# -- special targets --------------------------------------------------------------------------------------------------
 
-#: Each command with one output whose name is to be filled in, and its inputs.
+#: Commands with one output named out.*, and their inputs.
 TARGETS = {
     "geodesic ball.off -o out.vtk": ["ball.off"],
     "geodesic ball.off -o x.vtk --png out.png": ["ball.off"],
@@ -325,7 +325,7 @@ def target_of(command: str) -> Path:
 
 
 def refused(command: str, folder: Path, *words: str) -> None:
-    """The command does nothing but say so."""
+    """Check that the command is refused with these keywords, and changes no file."""
     before = contents_and_links(folder)
     answer = run(*command.split())
     assert_refused(answer, f"cannot write {target_of(command)}: ", *words, code=trouble(command))
@@ -342,7 +342,7 @@ def contents_and_links(folder: Path) -> dict[str, object]:
 @pytest.mark.parametrize("command", TARGETS)
 @pytest.mark.parametrize("link", ["symbolic", "hard", "chain"])
 def test_an_input_under_another_name(command: str, link: str, folder: Path) -> None:
-    """No input is overwritten through a link, whatever leads to it."""
+    """No input is overwritten through symbolic links, hard links or chains of links."""
     target = target_of(command)
     for source in TARGETS[command]:
         if link == "hard":
@@ -358,7 +358,7 @@ def test_an_input_under_another_name(command: str, link: str, folder: Path) -> N
 
 @pytest.mark.parametrize("command", TARGETS)
 def test_what_is_no_file(command: str, folder: Path) -> None:
-    """A folder, a link into nowhere, a link to itself, a pipe, a device: refused before anything is computed."""
+    """Folders, dangling links, loops of links and devices are refused before the computation."""
     target = target_of(command)
     target.mkdir()
     refused(command, folder, "it is a folder")
@@ -375,7 +375,7 @@ def test_what_is_no_file(command: str, folder: Path) -> None:
 
 
 def test_a_link_into_nowhere_is_filled(folder: Path) -> None:
-    """A link whose folder is there is as good as a name."""
+    """A link to a missing file in an existing folder is written through."""
     (folder / "far").mkdir()
     Path("out.vtk").symlink_to("far/real.vtk")
     assert run("geodesic", "ball.off", "-o", "out.vtk").exit_code == 0
@@ -386,7 +386,7 @@ def test_a_link_into_nowhere_is_filled(folder: Path) -> None:
 @pytest.mark.parametrize("name", ["s.00001.vtp", "s.vtp.series", "s.tracers.00000.vtp", "s.restart.npz"])
 @pytest.mark.parametrize("link", ["symbolic", "hard"])
 def test_an_input_that_a_frame_would_replace(name: str, link: str, folder: Path) -> None:
-    """Files of a series that are links to the mesh, or to a field."""
+    """A series is refused if one of its files is a link to an input."""
     (os.link if link == "hard" else os.symlink)("ball.ply", name)
     before = contents_and_links(folder)
     answer = run(*f"advect ball.off {FLOW} --field ball.ply:v -o s.pvd".split())
@@ -395,7 +395,7 @@ def test_an_input_that_a_frame_would_replace(name: str, link: str, folder: Path)
 
 
 def test_a_field_of_a_state_is_not_replaced_by_one(folder: Path) -> None:
-    """``--color s.restart.npz:color`` with ``-o s.pvd`` would lose the array that it reads."""
+    """A series is refused if its state would overwrite an input array."""
     run(*f"fluid ball.off {FLOW} --force none -o s.pvd".split())
     before = contents(folder)
     answer = run(*f"fluid ball.off {FLOW} --force none --color s.restart.npz:color -o s.pvd".split())
@@ -407,7 +407,7 @@ def test_a_field_of_a_state_is_not_replaced_by_one(folder: Path) -> None:
     "command", ["geodesic ball.off -o a.vtk --png a.png", f"advect ball.off {FLOW} -o a.pvd --csv a.csv"]
 )
 def test_two_outputs_that_are_one_file(command: str, folder: Path) -> None:
-    """Even where their names have different ends."""
+    """Two outputs that are links to one file are refused."""
     words = command.split()
     Path(words[-1]).symlink_to(words[-3])
     before = contents_and_links(folder)
@@ -416,7 +416,7 @@ def test_two_outputs_that_are_one_file(command: str, folder: Path) -> None:
 
 
 def test_names_that_are_no_letters() -> None:
-    """Bytes that are no UTF-8: a message prints them escaped, and an index, where they cannot stand, refuses them."""
+    """A file name that is not UTF-8 is printed escaped, and refused for a series."""
     name = os.fsdecode(b"b\xffll.off")
     os.rename("ball.off", name)
     command = [sys.executable, "-m", "geomhw_cli", "advect", name, *FLOW.split()]
@@ -428,7 +428,7 @@ def test_names_that_are_no_letters() -> None:
 
 
 def test_an_error_without_a_name(folder: Path) -> None:
-    """Errors of a stream name no file: all targets are named, and what to do."""
+    """An error without a file name lists all targets and the remedy."""
     from geomhw.errors import FormatError
 
     def fail() -> None:

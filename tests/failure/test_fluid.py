@@ -7,6 +7,7 @@ import pytest
 
 from geomhw.errors import ConvergenceError, FieldError, MeshError
 from geomhw.flow.initial_fields import random_field
+from geomhw.fluid import initial
 from geomhw.fluid.conservative import ConservativeScheme
 from geomhw.fluid.run import Plan, run
 from geomhw.fluid.schemes import scheme_of
@@ -31,13 +32,13 @@ SCHEMES = ("conservative", "rk4", "stable-fluids")
     ],
 )
 def test_plans_refused(plan: dict[str, float], words: str) -> None:
-    """Each plan that is none has its sentence."""
+    """Each wrong plan raises with its own keyword."""
     with pytest.raises(FieldError, match=words):
         Plan(**plan)  # type: ignore[arg-type]
 
 
 def test_refusals() -> None:
-    """One-sided meshes, unknown schemes, negative viscosity, a flow at rest with a Courant number."""
+    """One-sided meshes, unknown names, negative viscosity, and a Courant number at rest raise."""
     band = moebius_band(24, 3)
     for scheme in SCHEMES:
         with pytest.raises(MeshError, match="oriented manifold"):
@@ -57,9 +58,28 @@ def test_refusals() -> None:
         list(run(scheme_at_rest, rest, Plan(cfl=1.0, steps=1), None))
 
 
+def test_initial_flows_refused() -> None:
+    """Harmonic fields that do not exist, waves on other surfaces or of degree 1, and wrong vortices raise."""
+    model = ConservativeScheme(zoo_mesh("crumpled_torus")).model
+    with pytest.raises(FieldError, match="there are 0 to 1"):
+        initial.harmonic(model, 2)
+    with pytest.raises(FieldError, match="no handles"):
+        initial.harmonic(ConservativeScheme(zoo_mesh("sphere")).model, 0)
+    with pytest.raises(FieldError, match="sphere"):
+        initial.rossby_haurwitz(model, 4)
+    with pytest.raises(FieldError, match="radii"):
+        initial.rossby_haurwitz(ConservativeScheme(zoo_mesh("crumpled_sphere")).model, 4)
+    with pytest.raises(FieldError, match="degree"):
+        initial.rossby_haurwitz(ConservativeScheme(zoo_mesh("sphere")).model, 1)
+    with pytest.raises(FieldError, match="vertex 240"):
+        initial.vortices(model, {240: 1.0})
+    with pytest.raises(FieldError, match="not finite"):
+        initial.vortices(model, {3: np.inf})
+
+
 @pytest.mark.parametrize("scheme", SCHEMES)
 def test_steps_too_large_are_refused_not_nan(scheme: str) -> None:
-    """A step of many thousand cells ends in a sentence; no state with NaN comes out."""
+    """A step of thousands of cells raises, and no state with NaN is returned."""
     mesh = zoo_mesh("sphere")
     stepper = scheme_of(mesh, scheme)  # type: ignore[arg-type]
     state = stepper.start(random_field(mesh, 1), mesh.vertices[:, 0])
@@ -70,7 +90,7 @@ def test_steps_too_large_are_refused_not_nan(scheme: str) -> None:
 @pytest.mark.parametrize("name", ["sphere", "crumpled_torus"])
 @pytest.mark.parametrize("scheme", ["conservative", "rk4"])
 def test_the_largest_courant_number_is_named(scheme: str, name: str) -> None:
-    """The refusal of a long step names a Courant number that runs, and whose double does not."""
+    """The message names a Courant number that succeeds and whose double fails."""
     mesh = zoo_mesh(name)
     stepper = scheme_of(mesh, scheme)  # type: ignore[arg-type]
     start = stepper.start(random_field(mesh, 1), np.zeros(mesh.n_vertices))

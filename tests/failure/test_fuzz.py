@@ -1,6 +1,6 @@
-"""Damaged files through every reader: a sentence or a result, soon, and with memory in proportion to the file.
+"""Damaged files: every reader raises one line or returns a result, within bounds on time and memory.
 
-The long run, guided by coverage, is ``make fuzz``; what it finds is kept in ``tests/fuzz/found``.
+The long run, guided by coverage, is ``make fuzz``; its findings are kept in ``tests/fuzz/found``.
 """
 
 import random
@@ -26,13 +26,13 @@ SEEDS = {name: sorted((FUZZ / "corpus" / name).iterdir()) for name in TARGETS}
 FOUND = sorted(path for path in (FUZZ / "found").iterdir())
 DAMAGED_EACH, FORKED_EACH = 110, 12
 SECONDS = 1.0
-#: Bytes of memory for each byte of a file, and for any file (modules imported, a decoder's tables).
+#: Bytes of memory per byte of a file, and for any file (imported modules, tables of a decoder).
 MEMORY_A_BYTE, MEMORY, LZMA_MEMORY = 20, 1 << 20, 72 << 20
 
 
 @pytest.mark.parametrize("path", [path for paths in SEEDS.values() for path in paths], ids=lambda p: p.name)
 def test_corpus_is_read(path: Path) -> None:
-    """Every file of the corpus is whole, but for those fields that belong to another mesh."""
+    """Every file of the corpus is read, or belongs to another mesh."""
     name = path.parent.name
     told = feed(name, path.read_bytes())
     assert told is None or "rows; the mesh has" in told
@@ -40,7 +40,7 @@ def test_corpus_is_read(path: Path) -> None:
 
 @pytest.mark.parametrize("name", TARGETS)
 def test_damaged(name: str) -> None:
-    """Files damaged by chance, the same ones every time."""
+    """Files damaged at random, the same ones each time, take bounded time and memory."""
     seeds, chance = [path.read_bytes() for path in SEEDS[name]], random.Random(name)
     feed(name, seeds[0])
     for number in range(FORKED_EACH if f".{name}" in FORMATS else DAMAGED_EACH):
@@ -52,12 +52,12 @@ def test_damaged(name: str) -> None:
         before = time.process_time()
         peak = peak_memory(name, data)
         assert time.process_time() - before < SECONDS, number
-        # Python's own table of names grows by megabytes at a moment of its choice, but not twice.
+        # The table of interned names of Python may grow by megabytes, but not twice.
         assert peak < allowed or peak_memory(name, data) < allowed, (number, len(data))
 
 
 def peak_memory(name: str, data: bytes) -> int:
-    """Bytes that a reader takes at most over these."""
+    """Return the peak memory of a reader in bytes."""
     tracemalloc.start()
     try:
         feed(name, data)
@@ -68,7 +68,7 @@ def peak_memory(name: str, data: bytes) -> int:
 
 @pytest.mark.parametrize("path", FOUND, ids=lambda path: path.name)
 def test_found(path: Path) -> None:
-    """What once broke a reader, ``<target>-<what>``: now there is a sentence."""
+    """Each file that once broke a reader is refused within a second."""
     before = time.process_time()
     assert feed(path.name.split("-")[0], path.read_bytes())
     assert time.process_time() - before < SECONDS
@@ -92,7 +92,7 @@ def vtk(cells: str) -> bytes:
 TRIANGLE, QUAD = "3 100 200 300\n", "4 100 200 300 400\n"
 BINARY = [np.array([3], "u1").tobytes() + np.array([1, 2, 3], "<i4").tobytes()]
 BINARY += [np.array([4], "u1").tobytes() + np.array([1, 2, 3, 4], "<i4").tobytes()]
-#: Files large enough for constants not to count: usual ones, and such as are nothing but overhead.
+#: Large files: usual ones, and some that are overhead only.
 LARGE: dict[str, tuple[str, bytes]] = {
     "triangles": (".off", off("3 100 200 300")),
     "quads": (".off", off("4 100 200 300 400")),
@@ -120,7 +120,7 @@ READERS: dict[str, Callable[[Path], object]] = {".pvd": read_series, ".csv": rea
 
 @pytest.mark.parametrize("case", LARGE)
 def test_memory_is_in_proportion(case: str, tmp_path: Path) -> None:
-    """Twenty bytes for each byte of the file, whether it is read or refused."""
+    """Reading takes at most 20 bytes per byte of the file."""
     extension, data = LARGE[case]
     path = tmp_path / f"large{extension}"
     path.write_bytes(data)
@@ -137,7 +137,7 @@ def test_memory_is_in_proportion(case: str, tmp_path: Path) -> None:
 
 
 def test_a_wide_table_is_read_soon(tmp_path: Path) -> None:
-    """Time in proportion to the columns, not to their square."""
+    """A table of 50,000 columns is read in linear time."""
     path = tmp_path / "wide.csv"
     path.write_bytes(b",".join(b"column %d" % i for i in range(50_000)) + b"\n")
     before = time.process_time()

@@ -12,7 +12,7 @@ from support.meshes import zoo_mesh
 
 @pytest.mark.parametrize("bad", ["0", "-1", "nan", "inf", "soon", "2*h", "h2*2", "-1*h2", "", "x*h2"])
 def test_time_refusals(bad: str) -> None:
-    """What is no positive time is refused with what would be one."""
+    """Times that are not positive raise."""
     with pytest.raises(FieldError, match=r"time step"):
         time_step(bad, 1.0)
 
@@ -28,13 +28,13 @@ def test_time_refusals(bad: str) -> None:
     ],
 )
 def test_source_refusals(sources: list[int], words: str) -> None:
-    """A source must be a vertex of the surface."""
+    """Sources that are not vertices of the surface raise."""
     with pytest.raises(FieldError, match=words):
         HeatDistance(zoo_mesh("two_spheres")).from_vertices(sources)
 
 
 def test_zero_area_is_refused() -> None:
-    """A face without area is named before anything is computed."""
+    """A face of zero area raises, with its index and the remedy; with `robust` it is accepted."""
     flat = TriangleMesh([[0, 0, 0], [1, 0, 0], [2, 0, 0], [0, 1, 0]], [[0, 1, 3], [0, 1, 2]])
     with pytest.raises(MeshError, match=r"face 1 .*zero area; collapse .* --robust"):
         HeatDistance(flat)
@@ -42,7 +42,7 @@ def test_zero_area_is_refused() -> None:
 
 
 def test_boundary_refusals() -> None:
-    """A cold boundary swallows heat that starts on it; a closed mesh has no boundary to speak of."""
+    """Sources on a cold boundary and unknown conditions raise; closed meshes ignore the condition."""
     mesh = zoo_mesh("grid")
     with pytest.raises(FieldError, match="kept cold"):
         HeatDistance(mesh, boundary="dirichlet").from_vertices([0])

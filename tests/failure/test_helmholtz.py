@@ -10,7 +10,7 @@ from support.meshes import zoo_mesh
 
 
 def test_refusals() -> None:
-    """A field of the wrong size, a NaN, a mesh without orientation."""
+    """A field of the wrong size, a NaN and a one-sided mesh raise."""
     mesh = zoo_mesh("sphere")
     decomposition = HelmholtzDecomposition(mesh)
     with pytest.raises(FieldError, match=r"\(1280, 3\)"):

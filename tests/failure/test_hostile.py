@@ -1,4 +1,4 @@
-"""Hostile meshes through every command: what is defined is computed, what is not is named.
+"""Hostile meshes through every command: each computes a valid result, or names what is missing.
 
 The table of meshes is in support/hostile.py, that of files in test_hostile_files.py.
 """
@@ -23,7 +23,7 @@ pytestmark = pytest.mark.usefixtures("folder")
 
 TURNING = ["advect", "m.off", "--field", "rigid:z", "--color", "x", "--dt", "0.05", "--steps", "2"]
 FLOWING = ["fluid", "m.off", "--init", "random:1", "--force", "none", "--dt", "0.01"]
-#: What each command is asked for; the picture is left to others.
+#: The arguments of each command, without pictures.
 COMMANDS = {
     "geodesic": ["geodesic", "m.off", "-o", "out.vtu"],
     "multigrid": ["geodesic", "m.off", "-o", "out.vtu", "--solver", "multigrid"],
@@ -43,7 +43,7 @@ NOT_ROBUST = ("geodesic", "multigrid", "refine", "vecdiffuse", "intrinsic", *FAC
 
 
 def refused(words: str, *commands: str) -> dict[str, str]:
-    """Those commands say those words."""
+    """Return a table: these keywords for each of the commands."""
     return dict.fromkeys(commands, words)
 
 
@@ -52,12 +52,11 @@ SPINE = THREE | refused("oriented manifold", "intrinsic") | refused("has no norm
 ONE_SIDED = refused("this surface is one-sided", "fluid", "helmholtz")
 FLAT = refused("zero area", *NOT_ROBUST)
 POINT = FLAT | refused("in one point", "robust", "vecrobust")
-#: Heat at a time of h² does not settle in sweeps where weights are negative, edges of very unequal length, or a part so
-#: small that it is warm all over.
+#: At t = h² sweeps do not converge with negative weights, very unequal edges, or a component that is warm everywhere.
 SWEEPS = refused("compute with --solver direct", "multigrid")
 STEP = refused("take a shorter step", "advect", "tracers")
 COPIES = {name: THREE for name in HOSTILE if name.startswith("doubled") or name == "tripled"}
-#: Which commands refuse which mesh, and a part of what they say; all others compute.
+#: The commands that refuse each mesh, with keywords of the message; all others compute.
 REFUSALS: dict[str, dict[str, str]] = COPIES | {
     "bow_tie": refused("single fan", "intrinsic"),
     "hourglass": refused("single fan", "intrinsic") | refused("vertex 0 has no normal", "vecdiffuse", "vecrobust"),
@@ -84,9 +83,9 @@ REFUSALS: dict[str, dict[str, str]] = COPIES | {
     "fan_1000": SWEEPS,
     "tube": SWEEPS,
 }
-#: Where the last digits decide whether sweeps settle.
+#: Cases where rounding decides whether sweeps converge.
 ROUNDING = {("mixed_scales", "multigrid")}
-#: The defects that --check finds, and how many; none on the others.
+#: The defects that --check finds, with their numbers.
 DEFECTS: dict[str, dict[str, int]] = {
     "bow_tie": {"non_manifold_vertices": 1},
     "hourglass": {"non_manifold_vertices": 1},
@@ -111,7 +110,7 @@ DEFECTS: dict[str, dict[str, int]] = {
     "needle_0": {"zero_area_faces": 1},
     "flat_vertex": {"zero_area_faces": 2},
 }
-#: Notes and facts on some, exactly.
+#: The notes and facts on some meshes.
 REMARKS: dict[str, dict[str, int]] = {
     "tetrahedron": {},
     "soup": {"coincident_vertices": 240 - 42, "boundary_loops": 80, "components": 80},
@@ -144,7 +143,7 @@ LARGE = {
 
 
 def holds(command: str, mesh: TriangleMesh, words: str) -> None:
-    """What is true of the answer of a command on whatever mesh."""
+    """Check what holds for the result of a command on any mesh."""
     if command in DISTANCES:
         right_distances(mesh, command, words)
     elif command in VECTORS:
@@ -157,7 +156,7 @@ def holds(command: str, mesh: TriangleMesh, words: str) -> None:
         parts = read("out.vtu")
         np.testing.assert_allclose(parts["curl_free"] + parts["coexact"] + parts["harmonic"], parts["field"], atol=1e-9)
         shares = [energy(mesh, parts[name]) for name in ("curl_free", "coexact", "harmonic")]
-        # Between slivers gradients cancel by as many digits as the slivers are thin.
+        # Gradients on slivers cancel by as many digits as the slivers are thin.
         accuracy = 1e-9 if slimness(mesh) > 1e-5 else 1e-3
         assert sum(shares) == pytest.approx(energy(mesh, parts["field"]), rel=accuracy)  # they are orthogonal
     elif command != "tracers":
@@ -168,8 +167,10 @@ def holds(command: str, mesh: TriangleMesh, words: str) -> None:
 
 
 def right_distances(mesh: TriangleMesh, command: str, words: str) -> None:
-    """0 at the source, inf where no path leads, never longer than along edges; refined no shorter than straight; and
-    where the method fails, as it does on slivers, it says so."""
+    """Check distances: 0 at the source, inf where unreachable, at most the edge path; refined at least straight.
+
+    Where the method fails, as on slivers, the report must say so.
+    """
     distance, source = np.asarray(read("out.vtu")["distance"]), source_of(words)
     along = edge_path_distance(mesh, np.array([source]))
     straight = np.linalg.norm(mesh.vertices - mesh.vertices[source], axis=1)
@@ -186,7 +187,7 @@ def right_distances(mesh: TriangleMesh, command: str, words: str) -> None:
 
 
 def slimness(mesh: TriangleMesh) -> float:
-    """The least height of a face, relative to the edge that it stands on."""
+    """Return the least height of a face relative to its base."""
     return float((2 * mesh.face_areas / (mesh.opposite_edges**2).sum(axis=2).max(axis=1)).min())
 
 
@@ -196,7 +197,7 @@ def energy(mesh: TriangleMesh, field: np.ndarray) -> float:
 
 @pytest.mark.parametrize("name", HOSTILE)
 def test_every_command(name: str) -> None:
-    """Each command on each mesh computes what is right; or it says in one line what is missing, and writes nothing."""
+    """Each command on each mesh computes a valid result, or gives one line and writes no file."""
     vertices, faces = HOSTILE[name]()
     save(vertices, faces)
     for command, arguments in COMMANDS.items():
@@ -218,7 +219,7 @@ def test_every_command(name: str) -> None:
 
 @pytest.mark.parametrize("name", [name for name in HOSTILE if "150" not in name and "310" not in name])
 def test_check(name: str) -> None:
-    """info --check: every kind of defect with its number and places; 1 if there is one; nothing on stdout with -q."""
+    """``info --check`` lists each defect with its number and places, and exits with 1 if there is one."""
     save(*HOSTILE[name]())
     expected = DEFECTS.get(name, {})
     answer = run("info", "m.off", "--check", "--json")
@@ -234,7 +235,7 @@ def test_check(name: str) -> None:
 
 
 def rest(item: dict) -> str:
-    """The end of a line of --check: the first five places and the sentence."""
+    """Return the end of a line of ``--check``: the first five places and the consequence."""
     joint = "-" if item["name"].endswith("edges") else " of "
     places = [joint.join(map(str, np.atleast_1d(place))) for place in item["places"]]
     return f"({', '.join(places[:5])}{', ...' if len(places) > 5 else ''}). {item['consequence']}"
@@ -242,7 +243,7 @@ def rest(item: dict) -> str:
 
 @pytest.mark.parametrize("name", REMARKS)
 def test_check_remarks(name: str) -> None:
-    """Notes and facts stand after the defects and do not count as such; copies name what they are copies of."""
+    """Notes and facts follow the defects; duplicates name their originals."""
     save(*HOSTILE[name]())
     found = json.loads(run("info", "m.off", "--check", "--json").stdout)["check"]
     assert {item["name"]: item["count"] for item in found if item["kind"] != "defect"} == REMARKS[name]
@@ -255,7 +256,7 @@ def test_check_remarks(name: str) -> None:
 @needs_reference
 @pytest.mark.parametrize("name", REFERENCE_REFUSALS)
 def test_reference_meshes(name: str) -> None:
-    """The hostile meshes of the reference folder, through the same commands."""
+    """The hostile meshes of the reference folder give valid results, or one line."""
     path = reference(f"meshes/hostile/{name}")
     mesh = read(path).mesh
     np.save("wind.npy", np.random.default_rng(0).normal(size=(mesh.n_faces, 3)))
@@ -271,7 +272,7 @@ def test_reference_meshes(name: str) -> None:
 
 
 def test_wrong_distances_are_called_so() -> None:
-    """Where slivers break the method, a line and the report say so, and what to do."""
+    """Where slivers break the method, a line and the report say so and name ``--robust``."""
     save(*HOSTILE["sheared_6"]())
     assert not missing(run("geodesic", "m.off", "--no-png").stdout, "72 ... straight line ... wrong ... --robust")
     assert json.loads(run("geodesic", "m.off", "--no-png", "--json").stdout)["too_short_distances"] == 72
@@ -280,7 +281,7 @@ def test_wrong_distances_are_called_so() -> None:
 
 @pytest.mark.parametrize("name", ["huge_150", "tiny_150", "tiny_310"])
 def test_sizes_beyond_numbers(name: str) -> None:
-    """Such a mesh is read to the bit, and compared, but not measured."""
+    """Meshes beyond the range of squares are read and compared exactly, but not measured."""
     save(*HOSTILE[name]())
     np.testing.assert_array_equal(read("m.off").mesh.vertices, HOSTILE[name]()[0])
     assert [run("info", "m.off", *check).exit_code for check in ([], ["--check"])] == [1, 2]
@@ -288,7 +289,7 @@ def test_sizes_beyond_numbers(name: str) -> None:
 
 
 def test_remarks() -> None:
-    """Copies of faces, turned faces and places without a tangent plane are named beside the results."""
+    """Duplicate faces, flipped faces and vertices without a tangent plane are remarked beside the results."""
     save(*HOSTILE["doubled"]())
     assert "35 faces are copies of others" in run("geodesic", "m.off", "--no-png").stdout
     save(*HOSTILE["turned_sphere"]())

@@ -1,4 +1,4 @@
-"""Files that are not what they should be, or hardly: what each gives, as one line and an exit code, or as numbers."""
+"""Damaged mesh files give one line with the file name and an exit code."""
 
 from pathlib import Path
 
@@ -10,7 +10,7 @@ from support.squares import OBJ, OFF, PLY, SQUARE
 pytestmark = pytest.mark.usefixtures("folder")
 
 
-#: File name, contents, and what the one line on stderr says.
+#: File name, contents, and a keyword of the line on stderr.
 REFUSED: dict[str, tuple[str, bytes, str]] = {
     "empty": ("m.off", b"", "is an empty file"),
     "empty_obj": ("m.obj", b"", "is an empty file"),
@@ -46,7 +46,7 @@ REFUSED: dict[str, tuple[str, bytes, str]] = {
 
 @pytest.mark.parametrize("name", REFUSED)
 def test_refused(name: str) -> None:
-    """One line on stderr with the file's name, nothing on stdout, no file written; from --check exit code 2."""
+    """One line on stderr with the file name, nothing on stdout, no file; exit code 2 with ``--check``."""
     file, contents, words = REFUSED[name]
     Path(file).write_bytes(contents)
     for arguments, code in ((["geodesic", file], 1), (["info", file], 1), (["info", file, "--check"], 2)):

@@ -11,13 +11,13 @@ from support.meshes import spiky
 
 
 def test_a_single_point_is_refused() -> None:
-    """Where every length is zero there is nothing to add a share of."""
+    """A mesh whose edge lengths are all zero raises."""
     with pytest.raises(MeshError, match="one point"):
         RobustTriangulation.of(TriangleMesh(np.ones((3, 3)), [[0, 1, 2]]))
 
 
 def test_flips_that_do_not_end(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Out of rounds, an error names a vertex beside an edge that still changes."""
+    """When the flips do not end, the error names a vertex beside a changing edge."""
     monkeypatch.setattr(delaunay, "MAX_ROUNDS", 2)
     with pytest.raises(ConvergenceError, match=r"flips do not .*vertex \d+"):
         RobustTriangulation.of(spiky())

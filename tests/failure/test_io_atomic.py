@@ -1,4 +1,4 @@
-"""Files appear whole or not at all, whatever goes wrong while they are written."""
+"""Atomic writing: after any failure the former files are there, and no others."""
 
 import errno
 import os
@@ -20,6 +20,7 @@ NAMES = ["a.vtk", "b.vtp", "c.vtu", "d.ply"]
 
 @pytest.mark.parametrize("error", [KeyboardInterrupt, ValueError, SystemExit])
 def test_an_interrupt_leaves_what_was_there(tmp_path, error):
+    """An exception while files are written restores the former files."""
     (tmp_path / "a.txt").write_text("old")
 
     def fail():
@@ -34,6 +35,7 @@ def test_an_interrupt_leaves_what_was_there(tmp_path, error):
 
 
 def test_a_full_disk_is_one_sentence(tmp_path, monkeypatch):
+    """A full disk gives one line, and keeps the former files."""
     (tmp_path / "a.vtp").write_text("old")
 
     def full(result, path):
@@ -47,6 +49,8 @@ def test_a_full_disk_is_one_sentence(tmp_path, monkeypatch):
 
 
 def test_a_folder_that_may_not_be_written_to(tmp_path, monkeypatch):
+    """A folder without permission gives one line."""
+
     def refuse(path, *_):
         raise PermissionError(errno.EACCES, "Permission denied", os.fspath(path))
 
@@ -58,6 +62,7 @@ def test_a_folder_that_may_not_be_written_to(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("failing", [0, 1, 2])
 def test_a_rename_that_fails_undoes_those_before_it(tmp_path, monkeypatch, failing):
+    """A rename that fails undoes those before it."""
     (tmp_path / "a.vtk").write_text("old a")
     (tmp_path / "c.vtu").write_text("old c")
     rename, calls = os.replace, []
@@ -81,6 +86,7 @@ def refused(paths, inputs=()) -> str:
 
 
 def test_bad_outputs_are_named(tmp_path, monkeypatch):
+    """Unknown extensions, missing folders, folders and duplicate outputs are refused."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "folder.vtp").mkdir()
     assert not missing(refused(["a.xyz"]), "cannot write a.xyz ... '.xyz' ... known are .vtk .vtp .vtu .ply")
@@ -94,6 +100,7 @@ def test_bad_outputs_are_named(tmp_path, monkeypatch):
 
 
 def test_an_input_is_never_an_output(tmp_path, monkeypatch):
+    """An output that is an input, under any of its names, is refused."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "in.ply").write_text("ply")
     (tmp_path / "symbolic.ply").symlink_to("in.ply")
@@ -106,6 +113,7 @@ def test_an_input_is_never_an_output(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("image", [np.zeros((4, 4, 3)), np.zeros((4, 4), np.uint8), np.zeros((0, 4, 3), np.uint8)])
 def test_what_is_no_picture_is_refused(tmp_path, image):
+    """An array that is no 8-bit RGB picture is refused."""
     with pytest.raises(FormatError, match="a picture must be"):
         write_png(tmp_path / "a.png", image)
     assert contents(tmp_path) == {}

@@ -1,4 +1,4 @@
-"""Files that cannot be opened, STL, and the formats that are read by meshio, which must not print or exit."""
+"""Files that cannot be opened or parsed give one line; meshio neither prints nor exits."""
 
 import os
 import sys
@@ -23,6 +23,7 @@ def message(path) -> str:
 
 @pytest.mark.parametrize("extension", READABLE)
 def test_files_that_cannot_be_opened(tmp_path, extension):
+    """Missing files, empty files and folders give one line with the path."""
     path = tmp_path / f"moo{extension}"
     assert not missing(message(path), f"{path} ... no such file")
     path.touch()
@@ -33,6 +34,7 @@ def test_files_that_cannot_be_opened(tmp_path, extension):
 
 
 def test_extensions(tmp_path):
+    """Unknown extensions are refused with the known ones; the case of letters does not matter."""
     assert not missing(message(tmp_path / "moo.xyz"), "'.xyz' ... known are .off .obj")
     assert not missing(message(tmp_path / "moo"), "no extension ... known are .off .obj")
     (tmp_path / "MOO.OFF").write_text("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n")
@@ -40,6 +42,8 @@ def test_extensions(tmp_path):
 
 
 def test_no_permission(tmp_path, monkeypatch):
+    """A file without permission gives one line."""
+
     def refuse(self, mode):
         raise PermissionError(13, "Permission denied", os.fspath(self))
 
@@ -50,6 +54,7 @@ def test_no_permission(tmp_path, monkeypatch):
 @pytest.mark.parametrize("extension", READABLE)
 @pytest.mark.parametrize("data", [b"\0\xff\x80" * 50, b"hello world\n1 2 3\n", b"solid\n", b"$MeshFormat\n4.1 0 8\n"])
 def test_rubbish_is_one_quiet_sentence(tmp_path, capfd, extension, data):
+    """Random bytes in each format give one line, and nothing is printed."""
     path = tmp_path / f"moo{extension}"
     path.write_bytes(data)
     said = message(path)
@@ -59,6 +64,8 @@ def test_rubbish_is_one_quiet_sentence(tmp_path, capfd, extension, data):
 
 
 def test_meshio_that_exits_is_caught(tmp_path, capfd, monkeypatch):
+    """When meshio prints and exits, neither reaches the caller."""
+
     def leave(*_):
         print("chatter")
         print("chatter", file=sys.stderr)
@@ -71,7 +78,7 @@ def test_meshio_that_exits_is_caught(tmp_path, capfd, monkeypatch):
 
 
 def test_meshio_that_finds_no_end_is_ended(tmp_path):
-    """After BEGIN BULK, meshio's Nastran reader waits for a line for ever, at the end of the file too."""
+    """meshio's Nastran reader loops at the end of some files; it is stopped after 1 s of computing."""
     (tmp_path / "moo.bdf").write_text("BEGIN BULK\n")
     submit = time.monotonic()
     told = message(tmp_path / "moo.bdf")
@@ -81,12 +88,13 @@ def test_meshio_that_finds_no_end_is_ended(tmp_path):
 
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="limits on memory are Linux's")
 def test_meshio_that_asks_for_all_memory_gets_none(tmp_path):
-    """A header that promises 2⁴⁰ points."""
+    """A header that promises 2⁴⁰ points gets no memory."""
     (tmp_path / "moo.mesh").write_text(f"MeshVersionFormatted 2\nDimension 3\nVertices\n{2**40}\n0 0 0 0\n")
     assert message(tmp_path / "moo.mesh").startswith("moo.mesh cannot be read as Medit: ")
 
 
 def test_volumes_and_lines_are_refused(tmp_path):
+    """Volume cells and lines without faces are refused."""
     path = tmp_path / "moo.mesh"
     meshio.Mesh(POINTS, [("tetra", [[0, 1, 2, 3]])]).write(path)
     assert not missing(message(path), "moo.mesh ... volume cells (tetra) ... no faces")
@@ -95,6 +103,7 @@ def test_volumes_and_lines_are_refused(tmp_path):
 
 
 def test_stl_errors(tmp_path):
+    """Each kind of damaged STL file is refused with its reason."""
     path = tmp_path / "moo.stl"
     one = facets(POINTS[:3])
     for data, part in {
@@ -112,6 +121,7 @@ def test_stl_errors(tmp_path):
 
 
 def test_what_the_mesh_refuses_has_the_file_in_front(tmp_path):
+    """An error of the mesh names the file first."""
     path = tmp_path / "moo.stl"
     path.write_bytes(facets([[0, 0, 0], [np.inf, 0, 0], [0, 1, 0]]))
     with pytest.raises(MeshError, match=r"^moo\.stl: vertex 1"):

@@ -1,31 +1,21 @@
 """Fields from files: missing, of the wrong size, or without numbers."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from geomhw.errors import FieldError
-from geomhw.io import read_field, write
-from geomhw.mesh.triangle_mesh import TriangleMesh
-from geomhw.results import Field, Result
+from geomhw.io import read_field
+from support.field_files import EVEN, MESH, U, save_fields
 from support.messages import missing
 
-# 4 vertices and 2 faces; and 3 of each.
-MESH = TriangleMesh([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
-EVEN = TriangleMesh([[0, 0, 0], [1, 0, 0], [1, 1, 0]], [[0, 1, 2], [0, 2, 1], [1, 0, 2]])
-U, W = np.array([0.5, 1, 2, 3]), np.array([[1.0, 2, 3], [4, 5, 6]])
 
-
-@pytest.fixture
-def here(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    fields = [Field("u", "vertex", U), Field("w", "face", W), Field("a:b", "vertex", U + 1), Field("dt", "mesh", U)]
-    for name in ["moo.vtp", "moo.vtu", "moo.vtk", "moo.ply"]:
-        write(Result(MESH, fields), name)
-    np.save("u.npy", U)
-    np.savez("all.npz", u=U, w=W, flag=np.array([True, False]), half=np.arange(4, dtype=np.float16))
-    rows = "\n".join(f"{a},{b},{c},{d}" for a, (b, c, d) in zip(U, np.arange(12).reshape(4, 3), strict=True))
-    (tmp_path / "t.csv").write_text(f'u,x, y ,"z"\n{rows}\n')
-    return tmp_path
+@pytest.fixture(autouse=True)
+def here(folder: Path) -> Path:
+    """Each test has an own working folder with field files of every format."""
+    save_fields()
+    return folder
 
 
 def refused(spec, mesh=MESH) -> str:
@@ -35,6 +25,7 @@ def refused(spec, mesh=MESH) -> str:
 
 
 def test_files_and_names_that_are_not_there(here):
+    """Missing files, folders and arrays are named, with the arrays that exist."""
     (here / "folder.npz").mkdir()
     assert not missing(refused("none.vtp:u"), "none.vtp ... no such file ... field 'none.vtp:u'")
     assert not missing(refused("none.npy"), "none.npy ... no such file")
@@ -55,6 +46,7 @@ def test_files_and_names_that_are_not_there(here):
 
 
 def test_wrong_numbers_of_rows(here):
+    """Arrays with a number of rows or a shape that fits neither vertices nor faces are refused."""
     assert not missing(refused("u.npy", EVEN), "u.npy has 4 rows ... 3 vertices ... 3 faces")
     (here / "short.csv").write_text("u\n")
     assert "short.csv:u has 0 rows" in refused("short.csv:u")
@@ -66,6 +58,7 @@ def test_wrong_numbers_of_rows(here):
 
 
 def test_values_that_are_no_numbers(here):
+    """NaN, infinity, text, complex numbers and objects are refused, with the row."""
     np.save("nan.npy", np.array([[0, 1.0], [2, 3], [4, np.nan], [np.nan, 1]]))
     np.save("inf.npy", np.array([0, -np.inf, 0, 0]))
     np.save("text.npy", np.array(["a", "b", "c", "d"]))
@@ -89,11 +82,13 @@ def test_values_that_are_no_numbers(here):
     ],
 )
 def test_tables_with_holes(here, text, part):
+    """Tables with text, gaps or NaN in a column are refused, with row and column."""
     (here / "bad.csv").write_text(text)
     assert not missing(refused("bad.csv:v"), part)
 
 
 def test_files_that_are_not_what_they_say(here):
+    """Files of a wrong type under a known extension are refused."""
     for name in ["x.npy", "x.npz"]:
         (here / name).write_bytes(b"rubbish")
         assert not missing(refused(f"{name}:u" if name == "x.npz" else name), f"{name} ... numpy file")

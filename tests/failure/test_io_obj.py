@@ -34,6 +34,7 @@ WRONG = {
 
 @pytest.mark.parametrize("text", WRONG)
 def test_what_is_wrong_is_named_with_its_line(tmp_path, text):
+    """The message has the file, the line and the reason."""
     with pytest.raises(FormatError) as caught:
         read(load(tmp_path, text))
     for part in ["moo.obj", *WRONG[text]]:

@@ -11,6 +11,7 @@ from support.ply_files import BODIES, HEADER, load, result_with
 
 @pytest.mark.parametrize("names", [("a_b_x", "a b"), ("x", "y"), ("v_z", "v")])
 def test_names_that_would_clash_are_refused(tmp_path, names):
+    """Field names that give the same PLY property are refused, and no file is written."""
     fields = [Field(names[0], "vertex", np.ones(5)), Field(names[1], "vertex", np.ones((5, 3)))]
     with pytest.raises(FieldError, match="in PLY; rename field"):
         write(result_with(*fields), tmp_path / "moo.ply")
@@ -46,6 +47,7 @@ WRONG = {
 
 @pytest.mark.parametrize("case", WRONG)
 def test_what_is_wrong_is_named(tmp_path, case):
+    """The message has the file, the element or line, and the reason."""
     data, parts = WRONG[case]
     with pytest.raises(FormatError) as caught:
         read(load(tmp_path, data))

@@ -1,4 +1,4 @@
-"""Headers that promise more than a file holds, and entries that lie outside: refused for that reason, by name."""
+"""Headers that promise more than a file holds, and entries out of range, are refused with that reason."""
 
 from pathlib import Path
 
@@ -32,19 +32,19 @@ FOUND = Path(__file__).parents[1] / "fuzz" / "found"
     ],
 )
 def test_the_reason_is_named(name: str, words: str) -> None:
-    """Each check says its own sentence, before numpy or the system says another."""
+    """Each check raises before numpy or the system would."""
     assert not missing(feed(name.split("-")[0], (FOUND / name).read_bytes()) or "", words)
 
 
 def test_objects_are_not_loaded(tmp_path: Path) -> None:
-    """An array of Python objects could run a program."""
+    """Arrays of Python objects are not loaded, since they could run code."""
     np.save(tmp_path / "a.npy", np.array([{}]), allow_pickle=True)
     with pytest.raises(ValueError, match="Python objects"):
         read_numpy((tmp_path / "a.npy").read_bytes())
 
 
 def test_a_state_of_something_else(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Written as a state is, but not of a fluid."""
+    """A checkpoint that is no state of a fluid is refused."""
     monkeypatch.chdir(tmp_path)
     save_off(icosphere(1))
     write_checkpoint("other.npz", {"run": {}, "mesh": "x", "step": 1}, {"color": np.ones(3)})

@@ -13,6 +13,7 @@ from support.vtk_files import BY_HAND, MESH, RESULT
 
 
 def test_what_is_no_number_is_not_written(tmp_path):
+    """Complex fields and duplicate names are refused, and no file is written."""
     with pytest.raises(FieldError, match=r"field 'z'.*complex128"):
         write(Result(MESH, [Field("z", "vertex", np.ones(4) * 1j)]), tmp_path / "moo.vtp")
     with pytest.raises(FieldError, match=r"two vertex fields.*'u'"):
@@ -40,6 +41,7 @@ LEGACY_WRONG = {
 
 @pytest.mark.parametrize("text", LEGACY_WRONG, ids=range(len(LEGACY_WRONG)))
 def test_legacy_errors_are_named(tmp_path, text):
+    """The message has the file, the line and the reason."""
     path = tmp_path / "moo.vtk"
     path.write_text(text)
     with pytest.raises(FormatError) as caught:
@@ -63,6 +65,7 @@ XML_WRONG = {
 
 @pytest.mark.parametrize("case", XML_WRONG)
 def test_xml_errors_are_named(tmp_path, case):
+    """The message has the file and the reason."""
     path = tmp_path / "moo.vtp"
     write(RESULT, path)
     change, part = XML_WRONG[case]
@@ -76,6 +79,7 @@ def test_xml_errors_are_named(tmp_path, case):
 
 
 def test_a_grid_of_tetrahedra_is_refused(tmp_path):
+    """A grid of tetrahedra is refused."""
     grid = pyvista.UnstructuredGrid({10: np.array([[0, 1, 2, 3]])}, MESH.vertices)
     grid.save(tmp_path / "moo.vtu")
     with pytest.raises(FormatError, match=r"moo\.vtu.*tetra.*triangles"):

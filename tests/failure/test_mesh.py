@@ -9,7 +9,7 @@ from geomhw.mesh.triangle_mesh import TriangleMesh
 
 
 def test_arrays_are_read_only_and_own() -> None:
-    """Neither the mesh nor the caller can change the other's arrays."""
+    """A mesh copies the caller's arrays, and its own arrays are read-only."""
     vertices = np.eye(3)
     mesh = TriangleMesh(vertices, [[0, 1, 2]])
     vertices[0] = 7
@@ -34,13 +34,13 @@ def test_arrays_are_read_only_and_own() -> None:
     ],
 )
 def test_refusals(vertices: object, faces: object, words: str) -> None:
-    """Each kind of bad array has its own sentence."""
+    """Arrays of wrong shape, type or content raise, with the vertex or face."""
     with pytest.raises(MeshError, match=words):
         TriangleMesh(vertices, faces)  # type: ignore[arg-type]
 
 
 def test_zero_area_is_named() -> None:
-    """Operators refuse a face without area by its number."""
+    """A face of zero area raises with its index."""
     square = grid(2, 2)
     vertices = square.vertices.copy()
     face = square.faces[3]

@@ -14,7 +14,7 @@ from geomhw.solvers.multigrid import MultigridSolver
 
 
 def test_what_does_not_converge_says_so() -> None:
-    """Heat over a long time is no matter for sweeps, an indefinite matrix none for conjugate gradients."""
+    """Sweeps over a long time and conjugate gradients on an indefinite matrix raise."""
     mesh = grid(40, 40)
     flow = HeatStep(mesh, "1000*h2")
     impulse = np.zeros(mesh.n_vertices)
@@ -31,7 +31,7 @@ def test_what_does_not_converge_says_so() -> None:
 
 
 def test_auto_falls_back(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Where multigrid does not converge, auto takes the factorization; small systems it factors at once."""
+    """Where multigrid does not converge, `auto` factors the matrix; small systems are factored at once."""
     monkeypatch.setattr("geomhw.solvers.auto.LARGE", 40)
     indefinite = sp.csr_array(sp.diags_array(np.resize([1.0, -1.0], 50)))
     every = np.ones(50, dtype=bool)
@@ -43,7 +43,7 @@ def test_auto_falls_back(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_what_is_no_solution_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Whatever the sweeps say, the equations have the last word."""
+    """A result of the sweeps that does not satisfy the equations raises."""
     monkeypatch.setattr("geomhw.solvers.heat_sweeps.MAX_ROUNDS", 1)
     mesh = grid(30, 30)
     flow = HeatStep(mesh, "h2", solver="direct")

@@ -16,6 +16,6 @@ from support.hostile import hostile
     ],
 )
 def test_what_is_not_oriented_is_named(name: str, words: str) -> None:
-    """Which edge, how many, and why."""
+    """The message has the first edge, the number of edges and the reason."""
     with pytest.raises(MeshError, match=words):
         hostile(name).require_oriented("a flow")

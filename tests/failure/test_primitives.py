@@ -8,6 +8,8 @@ from geomhw.mesh import primitives
 
 
 def test_implicit_surface_refuses():
+    """A surface that leaves the box, an empty one and a grid too coarse raise."""
+
     def ball(x, y, z):
         return x**2 + y**2 + z**2 - 1
 

@@ -17,16 +17,15 @@ BALL = primitives.icosphere(3)
 
 @pytest.mark.parametrize("values", [np.zeros(7), np.zeros((642, 2)), np.zeros((642, 3, 1))])
 def test_values_that_do_not_fit(values):
+    """Values of a wrong shape raise."""
     with pytest.raises(FieldError, match="do not fit 642 rows"):
         draw(BALL, [Panel(surface=Surface(values))])
 
 
 def test_isolines_need_numbers_at_vertices():
+    """Isolines of face values raise."""
     with pytest.raises(FieldError, match="isolines"):
         draw(BALL, [Panel(surface=Surface(np.zeros(1280), "face", isolines=3))])
-
-
-# -- no OpenGL ---------------------------------------------------------------------------------------------------
 
 
 def _no_library(*_):
@@ -41,13 +40,14 @@ def headless_linux(monkeypatch):
 
 
 def test_no_library_is_one_sentence(monkeypatch, headless_linux):
-    """A RenderError that names the packages, before VTK, which would crash, is asked for a window."""
+    """Without an OpenGL library the error names the packages, before VTK would crash."""
     monkeypatch.setattr(ctypes, "CDLL", _no_library)
     with pytest.raises(RenderError, match=r"no OpenGL library.*apt install libegl1 libgl1-mesa-dri$"):
         draw(BALL, [Panel()])
 
 
 def test_no_driver_is_one_sentence(monkeypatch, headless_linux):
+    """Without an OpenGL driver a RenderError is raised."""
     monkeypatch.setattr(offscreen, "missing_opengl", lambda: "libEGL.so.1 finds no OpenGL driver on this machine")
     monkeypatch.setattr(offscreen, "has_display", lambda: False)
     with pytest.raises(RenderError, match="no OpenGL driver"):
@@ -55,6 +55,7 @@ def test_no_driver_is_one_sentence(monkeypatch, headless_linux):
 
 
 def test_display_serves_where_egl_does_not(monkeypatch, headless_linux):
+    """A display is used where EGL has no driver."""
     monkeypatch.setattr(offscreen, "missing_opengl", lambda: "no EGL")
     monkeypatch.setattr(offscreen, "has_display", lambda: True)
     offscreen.prepare()
@@ -62,6 +63,7 @@ def test_display_serves_where_egl_does_not(monkeypatch, headless_linux):
 
 
 def test_choice_of_window_is_respected(monkeypatch):
+    """A window class chosen by the user is kept."""
     monkeypatch.setenv("VTK_DEFAULT_OPENGL_WINDOW", "vtkOSOpenGLRenderWindow")
     monkeypatch.setattr(offscreen, "missing_opengl", _no_library)
     offscreen.prepare()

@@ -18,7 +18,7 @@ from support.series_files import frame, pictures, points
 
 @pytest.mark.parametrize("broken", ["write", "_pvd", "_series"])
 def test_failure_leaves_a_valid_series(broken: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Whatever fails in the middle, frame or index: both indices are as before, and the frame can be added anew."""
+    """When a frame or index fails, both indices stay valid, and the frame can be added again."""
     writer = SeriesWriter(tmp_path / "a.pvd")
     writer.add(0.0, frame(0))
     before = contents(tmp_path)
@@ -38,7 +38,7 @@ def test_failure_leaves_a_valid_series(broken: str, tmp_path: Path, monkeypatch:
 
 
 def test_points_that_are_none(tmp_path: Path) -> None:
-    """Rows for points that are not there, faces, another extension, a file that is no VTK file."""
+    """Wrong numbers of rows, face fields, other formats and damaged files are refused."""
     for location, rows in (("vertex", 2), ("face", 3)):
         with pytest.raises(FieldError, match="'u'"):
             Cloud(np.zeros((3, 3)), [Field("u", location, np.zeros(rows))])  # type: ignore[arg-type]
@@ -56,7 +56,7 @@ def test_points_that_are_none(tmp_path: Path) -> None:
     ["", "no xml", '<VTKFile><DataSet timestep="soon" file="a"/></VTKFile>', '<VTKFile><DataSet file="a"/></VTKFile>'],
 )
 def test_no_series(text: str, tmp_path: Path) -> None:
-    """What is no series is refused by name; so is a file that is not there."""
+    """Damaged and missing series are refused with their names."""
     (tmp_path / "a.pvd").write_text(text)
     for name in ("a.pvd", "b.pvd"):
         with pytest.raises(FormatError, match=name):
@@ -65,7 +65,7 @@ def test_no_series(text: str, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("film", ["a.gif", "a.mp4"])
 def test_a_film_that_fails(film: str, tmp_path: Path) -> None:
-    """No frames, or a failure on the way: an error, and the former file is as it was, with nothing beside it."""
+    """A film without frames or with a failure halfway keeps the former file."""
     if film.endswith("mp4"):
         pytest.importorskip("imageio_ffmpeg")
     write_film = {"a.gif": write_gif, "a.mp4": write_mp4}[film]
@@ -83,7 +83,7 @@ def test_a_film_that_fails(film: str, tmp_path: Path) -> None:
 
 
 def test_mp4_without_the_program(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The package may be there without its ffmpeg: that is said as if it were not."""
+    """The package without its ffmpeg program counts as missing."""
     ffmpeg = pytest.importorskip("imageio_ffmpeg")
 
     def none() -> str:
@@ -95,7 +95,7 @@ def test_mp4_without_the_program(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_no_state(tmp_path: Path) -> None:
-    """Other files, and a state cut short, are refused in one line that names the file."""
+    """Other files and truncated states are refused in one line with the file name."""
     write_checkpoint(tmp_path / "good.npz", {"step": 1}, {"q": np.arange(100.0)})
     whole = (tmp_path / "good.npz").read_bytes()
     (tmp_path / "cut.npz").write_bytes(whole[: len(whole) // 2])

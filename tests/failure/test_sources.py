@@ -35,13 +35,13 @@ from support.meshes import zoo_mesh
     ],
 )
 def test_refusals(place: Callable[[TriangleMesh], SurfacePoints], words: str) -> None:
-    """Each place that is none has its own sentence."""
+    """Faces, weights, ranges and points outside the mesh raise, with the numbers."""
     with pytest.raises(FieldError, match=words):
         place(zoo_mesh("two_spheres"))
 
 
 def test_vectors_within_faces_refused() -> None:
-    """Normal to the face, or two vectors at one point."""
+    """A vector normal to its face, and two vectors at one point, raise."""
     mesh = zoo_mesh("sphere")
     point = face_point(mesh, 7)
     with pytest.raises(FieldError, match=r"source face 7 \(0.333333, .*normal to the surface"):

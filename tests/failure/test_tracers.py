@@ -14,7 +14,7 @@ from support.meshes import zoo_mesh
 
 
 def test_refusals() -> None:
-    """No manifold, a face without area, no tracers, a field or time that is none."""
+    """Non-manifold meshes, faces of zero area, no tracers, and fields or times that are not finite raise."""
     fan = TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [0, -1, 0]], [[0, 1, 2], [0, 1, 3], [0, 1, 4]])
     with pytest.raises(MeshError, match="manifold"):
         Tracer(fan)
@@ -33,7 +33,7 @@ def test_refusals() -> None:
 
 
 def test_a_path_without_end(monkeypatch: pytest.MonkeyPatch) -> None:
-    """What would take too many edges is refused, with what to do."""
+    """A path with too many edges raises, and suggests a shorter step."""
     mesh = zoo_mesh("crumpled_torus")
     monkeypatch.setattr(tracer_module, "MOST_CROSSINGS", 50)
     tracer = Tracer(mesh)
@@ -42,7 +42,7 @@ def test_a_path_without_end(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_time_runs_onward() -> None:
-    """Not back, and not to infinity."""
+    """Times before the present, or not finite, raise."""
     follow = Tracing(icosphere(1))
     tracers = follow.step(follow.start(3), np.zeros((80, 3)), 1.0)
     for time in (0.5, np.inf, np.nan):

@@ -21,12 +21,12 @@ from support.meshes import zoo_mesh
     ],
 )
 def test_refusals(sources: list[int], vectors: list[list[float]], words: str) -> None:
-    """Each bad vector or source has its own sentence."""
+    """Wrong vectors and sources raise with their own keywords."""
     with pytest.raises(FieldError, match=words):
         VectorHeat(zoo_mesh("grid")).from_vertices(sources, vectors)
 
 
 def test_robust_has_normals_only() -> None:
-    """The intrinsic connection is refused on a robust triangulation."""
+    """The intrinsic connection raises on a robust triangulation."""
     with pytest.raises(FieldError, match=r"no intrinsic connection; use"):
         VectorHeat(zoo_mesh("sphere"), connection="intrinsic", robust=True)

@@ -18,7 +18,7 @@ INTEGRATORS: tuple[Integrator, ...] = ("taylor3", "expm")
 
 
 def test_flow_map_is_the_exponential(mesh: TriangleMesh) -> None:
-    """Both integrators agree with scipy's expm, in several columns at once."""
+    """Both integrators equal scipy's exponential, for several columns."""
     V = np.cross([0.2, -0.5, 1.0], mesh.face_centers)
     f = np.stack([np.sin(mesh.vertices @ [1.0, 2.0, -1.0]), mesh.vertices[:, 0]], axis=1)
     flow = FlowMap(mesh, V, "expm")
@@ -30,7 +30,7 @@ def test_flow_map_is_the_exponential(mesh: TriangleMesh) -> None:
 
 
 def test_taylor3_is_the_handouts() -> None:
-    """A small step is exactly I + tD + t²D²/2, not split."""
+    """A short step is exactly I + tD + t²D²/2."""
     mesh = zoo_mesh("torus")
     flow = FlowMap(mesh, rotation_field(mesh, Z))
     f, t = mesh.vertices[:, 0], 0.0005
@@ -39,7 +39,7 @@ def test_taylor3_is_the_handouts() -> None:
 
 
 def test_group_property() -> None:
-    """Forth and back is where it began; two halves make a whole."""
+    """exp(-tD) exp(tD) = 1 and exp(sD) exp(tD) = exp((s + t)D)."""
     mesh = zoo_mesh("torus")
     flow = FlowMap(mesh, rigid_field(mesh, Z), "expm")
     f = mesh.vertices[:, 0]
@@ -49,7 +49,7 @@ def test_group_property() -> None:
 
 @pytest.mark.parametrize("integrator", INTEGRATORS)
 def test_large_steps_are_split(integrator: Integrator) -> None:
-    """A step of two hundred cells stays bounded, and constants stay what they are."""
+    """A step of 200 cells stays bounded and keeps constants; a step of 10¹² raises."""
     mesh = icosphere(3)
     flow = FlowMap(mesh, rigid_field(mesh, Z), integrator)
     f = mesh.vertices[:, 0]
@@ -61,7 +61,7 @@ def test_large_steps_are_split(integrator: Integrator) -> None:
 
 @pytest.mark.parametrize("factor", [1e-6, 1e6])
 def test_scale(factor: float) -> None:
-    """Rotation fields turn the same angle on a mesh of any size."""
+    """Rotation fields turn by the same angle on a mesh of any scale."""
     mesh = zoo_mesh("torus")
     large = TriangleMesh(mesh.vertices * factor, mesh.faces)
     f = mesh.vertices[:, 0]
@@ -71,7 +71,7 @@ def test_scale(factor: float) -> None:
 
 
 def test_random_field_is_renumbered_with_the_mesh() -> None:
-    """The random flow is a function of place and seed, not of indices; its largest speed is 10 h."""
+    """The random field is a function of position and seed, not of indices; its largest speed is 10 h."""
     mesh = zoo_mesh("torus")
     order = np.random.default_rng(0).permutation(mesh.n_faces)
     V = random_field(mesh, 5)
@@ -81,7 +81,7 @@ def test_random_field_is_renumbered_with_the_mesh() -> None:
 
 
 def test_frames() -> None:
-    """A frame at the start, each so many steps, and at the last; their report is of the color."""
+    """Frames come at the start, every k steps and at the end, with the steps composed one by one."""
     mesh = zoo_mesh("sphere")
     flow = FlowMap(mesh, rigid_field(mesh, Z))
     seen = list(frames(flow, mesh.vertices[:, 0], 0.01, 7, 3))
@@ -94,7 +94,7 @@ def test_frames() -> None:
 
 
 def test_series_of_a_nilpotent_matrix() -> None:
-    """exp of a shift is the binomial row, exactly."""
+    """The exponential of a nilpotent shift is the row 1/k!."""
     import scipy.sparse as sp
 
     shift = sp.diags_array([np.ones(4)], offsets=[-1], shape=(5, 5)).tocsr()

@@ -14,14 +14,12 @@ def arrays(a, b, tolerance: Tolerance = DEFAULT, **options) -> Finding:
     return compare_arrays("u", "vertex", a, b, tolerance, **options)
 
 
-# -- numbers -----------------------------------------------------------------------------------------------------
-
 NUMBERS = hnp.arrays(float, st.integers(1, 20), elements=st.floats(allow_nan=True, allow_infinity=True))
 
 
 @given(NUMBERS)
 def test_anything_equals_itself(values):
-    """At no tolerance at all, NaN and infinities too."""
+    """Equal arrays are equal at zero tolerance, NaN and infinities included."""
     finding = arrays(values, values.copy(), Tolerance(0.0))
     assert finding.same
     assert finding.absolute == 0
@@ -29,7 +27,7 @@ def test_anything_equals_itself(values):
 
 @given(NUMBERS, st.data())
 def test_order_does_not_matter(a, data):
-    """A beside B says of all that B beside A says."""
+    """Comparison is symmetric in A and B."""
     b = data.draw(hnp.arrays(float, a.shape, elements=st.floats(-1e3, 1e3)))
     for rtol in (1e-9, 0.5):
         p, q = arrays(a, b, Tolerance(rtol)), arrays(b, a, Tolerance(rtol))
@@ -38,7 +36,7 @@ def test_order_does_not_matter(a, data):
 
 @pytest.mark.parametrize("scale", [1e-12, 1.0, 1e12])
 def test_tolerance_is_what_it_says(scale):
-    """A deviation under rtol times the largest magnitude passes at every value, one over it does not, at any scale."""
+    """A deviation below rtol times the largest magnitude passes, one above fails, at any scale."""
     a = scale * np.array([0.0, 1e-3, -8.0, 3.0])
     for i in range(4):
         for share, same in ((0.99, True), (1.01, False)):
@@ -54,7 +52,7 @@ def test_tolerance_is_what_it_says(scale):
 
 
 def test_atol_adds():
-    """|a - b| <= atol + rtol * scale: noise passes by atol alone, and the two add up."""
+    """The tolerance is atol + rtol · scale."""
     noise, other = np.array([1e-17, -2e-17]), np.array([3e-17, 1e-17])
     assert not arrays(noise, other).same
     assert arrays(noise, other, Tolerance(atol=4e-17)).same
@@ -63,7 +61,7 @@ def test_atol_adds():
 
 
 def test_one_that_blows_up_does_not_pass():
-    """A value beyond all others raises the scale, but is a whole scale away from its partner."""
+    """A single huge value fails, although it raises the scale."""
     a = np.ones(5)
     b = a.copy()
     b[3] = 1e300
@@ -77,7 +75,7 @@ def test_one_that_blows_up_does_not_pass():
     ("a", "b"), [(np.nan, 1.0), (np.inf, 1.0), (np.inf, -np.inf), (np.nan, np.inf), (1 + 1j * np.nan, 1 + 1j)]
 )
 def test_what_is_not_finite_equals_itself_only(a, b):
-    """NaN and the infinities beside anything else are different at any tolerance, and others count no less."""
+    """NaN and infinities differ from everything else, at any tolerance."""
     finding = arrays([2.0, a], [2.0, b], Tolerance(0.9, 1e300))
     assert not finding.same
     assert finding.index == (1,)
@@ -95,13 +93,13 @@ def test_what_is_not_finite_equals_itself_only(a, b):
     ],
 )
 def test_whole_numbers_are_exact(a, b, worst):
-    """No tolerance for counts and indices; no overflow and no rounding of the difference either."""
+    """Integers are compared exactly, without overflow or rounding."""
     finding = arrays(a, b, Tolerance(0.9, 1e9))
     assert (finding.same, finding.index, finding.absolute) == (False, (1,), worst)
 
 
 def test_types_and_widths():
-    """Whole numbers beside others are numbers; a column is an array; single precision has its own default."""
+    """Integers beside floats are numbers; a column equals a vector; single precision has its own default."""
     assert arrays(np.array([1, 2]), np.array([1.0, 2.0 + 1e-10])).same
     assert arrays(np.ones((4, 1)), np.ones(4)).same
     x = np.random.default_rng(0).normal(size=50)
@@ -111,7 +109,7 @@ def test_types_and_widths():
 
 
 def test_shapes_and_texts():
-    """Unequal shapes, unequal texts, text beside numbers: one line each."""
+    """Different shapes, different texts, and text beside numbers give one note each."""
     assert arrays(np.ones((3, 2)), np.ones(4)).note == "3 x 2 in A, 4 in B"
     finding = arrays(np.array(["a", "b"]), np.array(["a", "c"]))
     assert (finding.same, finding.index, finding.values) == (False, (1,), ("b", "c"))
@@ -122,7 +120,7 @@ def test_shapes_and_texts():
 
 
 def test_signaling_nan() -> None:
-    """A NaN that traps in some processors is one as any other, without a warning of numpy's."""
+    """A signaling NaN equals itself, without a warning."""
     values = np.frombuffer(bytes.fromhex("3f800000ffffff85ff800001"), ">f4")
     assert np.isnan(values).tolist() == [False, True, True]
     assert compare_arrays("u", "vertex", values, values.copy(), Tolerance()).same

@@ -1,4 +1,4 @@
-"""The connection Laplacian: symmetry, eq. (4), flat limits, and the two connections."""
+"""Identities of the connection Laplacian: symmetry, eq. (4), flat limits, and both connections."""
 
 import numpy as np
 import pytest
@@ -14,7 +14,7 @@ DELAUNAY = ["triangle", "tetrahedron", "sphere", "torus", "grid", "strip", "annu
 
 
 def test_rotations(mesh: TriangleMesh) -> None:
-    """R takes n_i to n_j, is a rotation, and turns by no more than the angle between them."""
+    """R is the rotation from n_i to n_j by the angle between them."""
     i, j = mesh.edges.T
     R = edge_rotations(mesh)
     n = mesh.vertex_normals
@@ -37,7 +37,7 @@ def test_energy_is_equation_4(mesh: TriangleMesh) -> None:
 
 @pytest.mark.parametrize("name", DELAUNAY)
 def test_positive_semidefinite(name: str) -> None:
-    """No negative eigenvalue where the cotan weights are not negative."""
+    """No eigenvalue is negative where no cotan weight is."""
     mesh = zoo_mesh(name)
     assert mesh.edge_cotan_weights.min() > -1e-12
     for matrix in (complex_connection_stiffness(mesh), complex_connection_stiffness(mesh, "intrinsic")):
@@ -47,7 +47,7 @@ def test_positive_semidefinite(name: str) -> None:
 
 @pytest.mark.parametrize("name", ["grid", "strip", "annulus"])
 def test_flat_is_three_copies(name: str) -> None:
-    """On a flat mesh C is three copies of S, and both complex forms have the spectrum of S."""
+    """On flat meshes C is S ⊗ 1, and both complex forms have the spectrum of S."""
     mesh = zoo_mesh(name)
     S = stiffness(mesh)
     C = connection_stiffness(mesh)
@@ -59,7 +59,7 @@ def test_flat_is_three_copies(name: str) -> None:
 
 
 def test_complex_form_is_the_tangent_part(mesh: TriangleMesh) -> None:
-    """On tangent fields C and K agree, and C leaves them tangent."""
+    """On tangent fields C and K agree, and C maps them to tangent fields."""
     tangent_all = np.setdiff1d(np.arange(mesh.n_vertices), mesh.unreferenced_vertices)
     rng = np.random.default_rng(4)
     z = rng.normal(size=mesh.n_vertices) + 1j * rng.normal(size=mesh.n_vertices)
@@ -74,7 +74,7 @@ def test_complex_form_is_the_tangent_part(mesh: TriangleMesh) -> None:
 
 
 def test_opposite_normals_do_not_blow_up() -> None:
-    """A rotation between opposite normals is a half turn about an axis across both."""
+    """Between opposite normals R is a rotation by 180° about a perpendicular axis."""
     mesh = _folded()
     R = edge_rotations(mesh)
     np.testing.assert_allclose(R @ R.transpose(0, 2, 1), np.broadcast_to(np.eye(3), R.shape), atol=1e-13)
@@ -85,7 +85,7 @@ def test_opposite_normals_do_not_blow_up() -> None:
 
 
 def _folded() -> TriangleMesh:
-    """Two flat fans, one seen from above and one from below; a small face joins their middles, vertices 0 and 1."""
+    """Return two flat fans with opposite normals at vertices 0 and 1, joined by a small face."""
     mesh = TriangleMesh(
         [
             [0, 0, 0],
@@ -106,5 +106,5 @@ def _folded() -> TriangleMesh:
 
 
 def test_zoo_is_covered() -> None:
-    """The Delaunay list names meshes of the zoo."""
+    """The list names meshes of the zoo."""
     assert set(DELAUNAY) <= set(ZOO)

@@ -22,7 +22,7 @@ from support.reference import needs_reference, reference
     "name", ["moomoo.off", "spot.obj", "kitten.obj", "3holes.off", "eight.off", "fandisk.obj", "armadillo.obj"]
 )
 def test_real_meshes(name: str, time: str) -> None:
-    """Finite, and zero only at the source."""
+    """Distances are finite, and zero only at the source."""
     from geomhw.io import read_mesh
 
     distance = heat_distance(read_mesh(reference(f"meshes/closed/{name}")), [0], time)
@@ -31,7 +31,7 @@ def test_real_meshes(name: str, time: str) -> None:
 
 
 def test_heat_step_is_solved(mesh: TriangleMesh) -> None:
-    """(M + tS) u is one at the source and zero elsewhere; u sums to one against the mass; directions are unit."""
+    """(M + tS) u = δ, u integrates to 1, and directions are unit vectors along -∇u."""
     from geomhw.operators.gradient import gradient_of
     from geomhw.operators.laplacian import stiffness
     from geomhw.operators.mass import lumped_mass
@@ -57,14 +57,14 @@ def test_heat_step_is_solved(mesh: TriangleMesh) -> None:
 
 
 def test_tetrahedron_is_symmetric() -> None:
-    """Heat is level on the face across: its rounding points nowhere, and the other vertices are equally far."""
+    """On a tetrahedron all other vertices are equally far; the opposite face has no direction."""
     distance = heat_distance(zoo_mesh("tetrahedron"), [0], "h2")
     np.testing.assert_allclose(distance[1:], distance[1], rtol=1e-12)
 
 
 @pytest.mark.parametrize("factor", [1e-6, 1e6])
 def test_scaling_and_moving(factor: float) -> None:
-    """Distance scales with the mesh and does not care where it lies."""
+    """Distance scales with the mesh, and is invariant under translation."""
     mesh = zoo_mesh("crumpled_torus")
     before = heat_distance(mesh, [3], "h2")
     scaled = heat_distance(TriangleMesh(mesh.vertices * factor, mesh.faces), [3], "h2")
@@ -74,7 +74,7 @@ def test_scaling_and_moving(factor: float) -> None:
 
 
 def test_renumbering() -> None:
-    """Distance does not care in which order vertices and faces come."""
+    """Distance is invariant under renumbering of vertices and faces."""
     mesh = zoo_mesh("crumpled_torus")
     rng = np.random.default_rng(1)
     order = rng.permutation(mesh.n_vertices)
@@ -85,7 +85,7 @@ def test_renumbering() -> None:
 
 
 def test_beyond_reach_agrees_with_within() -> None:
-    """Where plain doubles suffice, the scaled system gives the same heat."""
+    """Where doubles suffice, the scaled system gives the same heat."""
     from geomhw.operators.laplacian import stiffness
     from geomhw.operators.mass import lumped_mass
     from geomhw.solvers import log_scaled
@@ -108,13 +108,13 @@ def test_beyond_reach_agrees_with_within() -> None:
 
 
 def test_repeated_sources_count_once() -> None:
-    """A source given twice is one source."""
+    """A repeated source counts once."""
     mesh = zoo_mesh("sphere")
     np.testing.assert_array_equal(heat_distance(mesh, [5, 5]), heat_distance(mesh, [5]))
 
 
 def test_unreachable_is_infinite() -> None:
-    """The other component, and the vertex that no face uses, are inf; the report counts what lies on the surface."""
+    """Unreachable vertices have distance inf; the report counts those with faces."""
     mesh = zoo_mesh("two_spheres")
     result = HeatDistance(mesh).from_vertices([0])
     assert np.isfinite(result["distance"][:162]).all()
@@ -126,7 +126,7 @@ def test_unreachable_is_infinite() -> None:
 
 
 def test_solver_answers_many() -> None:
-    """One factorization serves many sources, with the same answers as one-offs."""
+    """One solver answers many sources with the same bits as single ones."""
     mesh = zoo_mesh("torus")
     solver = HeatDistance(mesh)
     for source in (0, 17, 200):
@@ -134,7 +134,7 @@ def test_solver_answers_many() -> None:
 
 
 def test_time_auto_switches() -> None:
-    """auto takes √h between 0.1 h² and 4 h², else h²."""
+    """`auto` is √h between 0.1 h² and 4 h², and h² elsewhere."""
     assert time_step("auto", 2.0).t == pytest.approx(np.sqrt(2))
     assert time_step("auto", 0.01).t == pytest.approx(1e-4)
     assert time_step("auto", 5.0).t == pytest.approx(25)
@@ -145,7 +145,7 @@ def test_time_auto_switches() -> None:
 
 
 def test_robust_on_a_delaunay_mesh() -> None:
-    """Where there is nothing to flip nor to mend, --robust changes rounding only."""
+    """On a Delaunay mesh, `robust` changes fields by rounding only."""
     mesh = icosphere(4)
     plain, robust = HeatDistance(mesh, "h2"), HeatDistance(mesh, "h2", robust=True, refine=False)
     for sources in ([3], [3, 900]):
@@ -156,7 +156,7 @@ def test_robust_on_a_delaunay_mesh() -> None:
 
 
 def test_robust_scales() -> None:
-    """Robust distances scale with the mesh, slivers, boundary and all."""
+    """Robust distances scale with the mesh."""
     mesh = sheared(12, 3.0)
     before = heat_distance(mesh, [3], "h2", robust=True, refine=False)
     scaled = heat_distance(TriangleMesh(mesh.vertices * 1e6, mesh.faces), [3], "h2", robust=True, refine=False)
@@ -181,7 +181,10 @@ def test_robust_scales() -> None:
     ],
 )
 def test_robust_on_hostile_meshes(name: str) -> None:
-    """Heat is positive and distance finite wherever the source's piece goes, and zero only at the source."""
+    """Robust heat is positive and distance finite on the source's component, and zero only at the source.
+
+    Distances lie between 0.8 of the straight line and 1.2 of the edge path, up to h.
+    """
     from geomhw.io import read_mesh
 
     mesh = read_mesh(reference(f"meshes/hostile/{name}"))
@@ -192,7 +195,6 @@ def test_robust_on_hostile_meshes(name: str) -> None:
     assert np.flatnonzero(distance <= 0).tolist() == [source]
     np.testing.assert_array_equal(np.isfinite(distance), near)
     assert (result["heat"][near] > 0).all()
-    # No shorter than the chord by more than the method errs, no longer than along edges.
     chord = np.linalg.norm(mesh.vertices - mesh.vertices[source], axis=1)
     path = edge_path_distance(mesh, np.array([source]))
     assert (distance[near] < 1.2 * path[near] + mesh.mean_edge_length).all()
@@ -200,17 +202,14 @@ def test_robust_on_hostile_meshes(name: str) -> None:
 
 
 def test_default_source_is_highest(tmp_path: Path) -> None:
-    """The largest y, the lowest index on a tie, and never a loose vertex."""
+    """The default source has the largest y; the lowest index on a tie; and a face."""
     mesh = TriangleMesh([[0, 0, 0], [1, 1, 0], [0, 1, 1], [5, 9, 5]], [[0, 1, 2]])
     assert default_source(mesh) == 1
 
 
-# -- boundaries ---------------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("name", ["grid", "annulus"])
 def test_boundary_conditions(name: str) -> None:
-    """Cold is zero on the boundary and solves the system inside; the average is half the sum."""
+    """Dirichlet heat is zero at the boundary and solves the inner system; the average is half the sum."""
     mesh = zoo_mesh(name)
     inner = np.setdiff1d(np.arange(mesh.n_vertices), mesh.boundary_vertices)
     source = int(inner[len(inner) // 2])

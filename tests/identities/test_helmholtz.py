@@ -1,4 +1,4 @@
-"""Helmholtz-Hodge decomposition: exact on every closed mesh, with harmonic fields where there are handles."""
+"""Identities of the Helmholtz-Hodge decomposition, on closed meshes and on meshes with boundary."""
 
 import numpy as np
 import pytest
@@ -17,12 +17,12 @@ PARTS = ("curl_free", "coexact", "harmonic")
 
 
 def decomposed(mesh: TriangleMesh, seed: int = 0) -> Result:
-    """A random field, in its parts."""
+    """Decompose a random field."""
     return HelmholtzDecomposition(mesh)(np.random.default_rng(seed).normal(size=(mesh.n_faces, 3)))
 
 
 def check_parts(mesh: TriangleMesh, genus: int) -> None:
-    """The parts add up, are orthogonal, and the rest is free of divergence; harmonic where there are handles."""
+    """Check that the parts sum to the field, are orthogonal, and have the right divergence and harmonic part."""
     result = decomposed(mesh)
     V = result["field"]
     size = np.abs(V).max()
@@ -44,14 +44,14 @@ def check_parts(mesh: TriangleMesh, genus: int) -> None:
 
 
 def test_closed_meshes(closed_mesh: tuple[TriangleMesh, int]) -> None:
-    """Every closed mesh of the zoo."""
+    """The identities hold on every closed mesh of the zoo."""
     check_parts(*closed_mesh)
 
 
 @needs_reference
 @pytest.mark.parametrize(("name", "genus"), [("moomoo.off", 0), ("kitten.obj", 1), ("eight.off", 2), ("3holes.off", 3)])
 def test_real_closed_meshes(name: str, genus: int) -> None:
-    """Real meshes of genus 0 to 3."""
+    """The identities hold on real meshes of genus 0 to 3."""
     from geomhw.io import read_mesh
 
     check_parts(read_mesh(reference(f"meshes/closed/{name}")), genus)
@@ -59,12 +59,12 @@ def test_real_closed_meshes(name: str, genus: int) -> None:
 
 @pytest.mark.parametrize("name", ["grid", "annulus", "strip", "two_spheres", "triangle"])
 def test_boundary_and_components(name: str) -> None:
-    """With boundary or in several pieces: the same identities; genus zero has no harmonic part."""
+    """The identities hold with boundary and several components; for genus 0 nothing is harmonic."""
     check_parts(zoo_mesh(name), 0)
 
 
 def test_boundary_is_not_crossed() -> None:
-    """No flux of the divergence-free rest leaves the annulus: its divergence at boundary vertices counts the flux."""
+    """The divergence-free part has no flux through the boundary of the annulus."""
     mesh = zoo_mesh("annulus")
     result = decomposed(mesh)
     spread = divergence(mesh) @ result["divergence_free"].ravel()
@@ -72,7 +72,7 @@ def test_boundary_is_not_crossed() -> None:
 
 
 def test_gradient_is_curl_free() -> None:
-    """A gradient is its own curl-free part, and its potential is the function less its mean."""
+    """A gradient is its own curl-free part; its potential is the function minus its mean."""
     mesh = zoo_mesh("crumpled_torus")
     f = np.sin(3 * mesh.vertices[:, 0])
     result = HelmholtzDecomposition(mesh)((gradient(mesh) @ f).reshape(-1, 3))
@@ -82,7 +82,7 @@ def test_gradient_is_curl_free() -> None:
 
 
 def test_turned_gradient_is_coexact() -> None:
-    """n x ∇f of a vertex function is divergence-free, with stream function f, and projecting changes nothing."""
+    """n × ∇f is coexact with stream function f, and the projection leaves it unchanged."""
     mesh = zoo_mesh("crumpled_sphere")
     f = np.sin(2 * mesh.vertices[:, 2])
     V = np.cross(mesh.face_normals, (gradient(mesh) @ f).reshape(-1, 3))
@@ -93,7 +93,7 @@ def test_turned_gradient_is_coexact() -> None:
 
 
 def test_harmonic_fields_of_the_torus() -> None:
-    """Harmonic parts of any three fields on a torus span two dimensions, on a symmetric and on a crumpled one."""
+    """Harmonic parts of three fields on a torus span two dimensions."""
     for mesh in (torus(20, 10), crumpled(torus(20, 10))):
         parts = np.stack([decomposed(mesh, seed)["harmonic"].ravel() for seed in range(3)])
         values = np.linalg.svd(parts, compute_uv=False)
@@ -102,7 +102,7 @@ def test_harmonic_fields_of_the_torus() -> None:
 
 
 def test_normal_part_is_reported() -> None:
-    """What sticks out of the surface is left out, and its share of the energy is reported."""
+    """The normal component is removed, and its share of the energy is reported."""
     mesh = zoo_mesh("sphere")
     V = np.cross([0, 0, 1], mesh.face_centers)
     given = V + mesh.face_normals
@@ -111,7 +111,7 @@ def test_normal_part_is_reported() -> None:
 
 
 def test_zero_field() -> None:
-    """The zero field has zero parts and a report without NaN."""
+    """The zero field has zero parts, and a report without NaN."""
     mesh = zoo_mesh("sphere")
     result = HelmholtzDecomposition(mesh)(np.zeros((mesh.n_faces, 3)))
     assert not result["harmonic"].any()

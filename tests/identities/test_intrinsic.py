@@ -1,4 +1,4 @@
-"""Intrinsic triangulations: what flips keep, what they reach, both sides of a mesh, and faces without area."""
+"""Identities of intrinsic triangulations: flips, Delaunay weights, tufted covers, mollification."""
 
 from collections.abc import Callable
 
@@ -25,14 +25,14 @@ from support.reference import needs_reference, reference
 
 
 def turned_over(mesh: TriangleMesh) -> TriangleMesh:
-    """Every third face with the opposite orientation."""
+    """Flip every third face."""
     faces = mesh.faces.copy()
     faces[::3] = faces[::3, ::-1]
     return TriangleMesh(mesh.vertices, faces)
 
 
 def flattened() -> TriangleMesh:
-    """A sphere pressed to a disc of two layers: its equator is a ring of faces without area."""
+    """Return a sphere pressed to a disc of two layers, with a ring of faces of zero area."""
     ball = icosphere(3)
     return TriangleMesh(ball.vertices * [1, 1, 0], ball.faces)
 
@@ -61,7 +61,7 @@ def robust(request: pytest.FixtureRequest) -> tuple[TriangleMesh, RobustTriangul
 
 
 def unflipped(mesh: TriangleMesh, sheets: int) -> IntrinsicMesh:
-    """What the flips start from."""
+    """Return the triangulation before the flips."""
     grown = mollified(IntrinsicMesh.of(mesh))[0]
     return tufted_cover(grown) if sheets == 2 else grown
 
@@ -71,10 +71,10 @@ def angle_sums(surface: PolyhedralSurface) -> np.ndarray:
 
 
 def test_flips_keep_the_surface(robust: tuple[TriangleMesh, RobustTriangulation]) -> None:
-    """Area, and the angle round each vertex (its Gaussian curvature), stay what they were."""
+    """Flips keep area and the angle sum round each vertex."""
     mesh, done = robust
     before, after = unflipped(mesh, done.surface.sheets), done.surface
-    # A sliver of excess 1e-5 knows its area to the rounding of a length over that excess.
+    # The area of a sliver with excess 1e-5 has the rounding of a length divided by the excess.
     assert after.face_areas.sum() == pytest.approx(before.face_areas.sum(), rel=1e-10 if done.mollification else 1e-12)
     turns = angle_sums(before).max()
     np.testing.assert_allclose(
@@ -84,7 +84,7 @@ def test_flips_keep_the_surface(robust: tuple[TriangleMesh, RobustTriangulation]
 
 
 def test_flips_keep_the_complex(robust: tuple[TriangleMesh, RobustTriangulation]) -> None:
-    """Each edge has two sides, at the vertices of both faces; numbers of edges, faces, pieces stay."""
+    """Each edge has two sides; flips keep the Euler characteristic and the components."""
     mesh, done = robust
     before, after = unflipped(mesh, done.surface.sheets), done.surface
     table = after.edge_table
@@ -97,7 +97,7 @@ def test_flips_keep_the_complex(robust: tuple[TriangleMesh, RobustTriangulation]
 
 
 def test_no_weight_is_negative(robust: tuple[TriangleMesh, RobustTriangulation]) -> None:
-    """Delaunay: all cotan weights are positive, so the stiffness is an M-matrix and heat has a maximum principle."""
+    """All cotan weights are nonnegative, so the stiffness is an M-matrix."""
     _, done = robust
     S = stiffness(done.surface)
     largest = S.diagonal().max()
@@ -106,7 +106,7 @@ def test_no_weight_is_negative(robust: tuple[TriangleMesh, RobustTriangulation])
 
 
 def test_operators_on_it(robust: tuple[TriangleMesh, RobustTriangulation]) -> None:
-    """Div G = -S = -GᵀAG, constants have no gradient, and masses hold the area of the mesh, whatever meets itself."""
+    """Div G = -S, constants have no gradient, and masses hold the area, also with loops and multiple edges."""
     mesh, done = robust
     surface = done.surface
     G, S = gradient(surface), stiffness(surface)
@@ -120,7 +120,7 @@ def test_operators_on_it(robust: tuple[TriangleMesh, RobustTriangulation]) -> No
 
 
 def test_edges_may_end_where_they_start() -> None:
-    """The meshes above do hold edges from a vertex to itself, and several between the same two."""
+    """These triangulations have edges from a vertex to itself, and several edges between two vertices."""
     for mesh in (spiky(), sheared()):
         surface = RobustTriangulation.of(mesh).surface
         assert (surface.edges[:, 0] == surface.edges[:, 1]).any()
@@ -128,7 +128,7 @@ def test_edges_may_end_where_they_start() -> None:
 
 
 def test_random_diagonals_of_a_flat_grid() -> None:
-    """A flat grid with diagonals drawn at random becomes the Delaunay triangulation of its points, on both sides."""
+    """Random diagonals of a flat grid are flipped to the planar Delaunay triangulation."""
     n, rng = 14, np.random.default_rng(4)
     square = grid(n, n, n, n)
     points = square.vertices.copy()
@@ -150,7 +150,7 @@ def test_random_diagonals_of_a_flat_grid() -> None:
 
 
 def test_a_quad_is_flipped_once() -> None:
-    """Two flat needles on each side of a rhombus: its long diagonal becomes the short one."""
+    """The long diagonal of a rhombus is flipped to the short one, once."""
     rhombus = TriangleMesh([[-1, 0, 0], [1, 0, 0], [0, 0.1, 0], [0, -0.1, 0]], [[0, 1, 2], [1, 0, 3]])
     done = RobustTriangulation.of(rhombus)
     assert (done.flips, done.rounds) == (2, 1)
@@ -158,7 +158,7 @@ def test_a_quad_is_flipped_once() -> None:
 
 
 def test_delaunay_is_left_alone() -> None:
-    """On a mesh that is Delaunay nothing changes, not even by rounding."""
+    """On a Delaunay mesh nothing changes, to the last bit."""
     ball = icosphere(3)
     done = RobustTriangulation.of(ball)
     assert (done.flips, done.rounds, done.mollification) == (0, 0, 0)
@@ -169,7 +169,7 @@ def test_delaunay_is_left_alone() -> None:
 
 @pytest.mark.parametrize("name", ["grid", "annulus", "two_spheres", "strip", "crumpled_torus"])
 def test_two_sides_are_the_mesh_twice(name: str) -> None:
-    """Averaged over both sides, stiffness and mass are those of the mesh; shortest edge paths too."""
+    """Averaged over the tufted cover, stiffness, mass and edge paths are those of the mesh."""
     mesh = zoo_mesh(name)
     double = tufted_cover(IntrinsicMesh.of(mesh))
     assert double.is_closed
@@ -183,7 +183,7 @@ def test_two_sides_are_the_mesh_twice(name: str) -> None:
 
 @pytest.mark.parametrize("factor", [2.0**-20, 2.0**20])
 def test_scale_does_not_matter(factor: float) -> None:
-    """A mesh in other units is flipped the same way and mollified in proportion, exactly where scaling is exact."""
+    """Flips and mollification are the same on a mesh scaled by a power of two."""
     for mesh in (spiky(), flattened()):
         one = RobustTriangulation.of(mesh)
         other = RobustTriangulation.of(TriangleMesh(mesh.vertices * factor, mesh.faces))
@@ -193,7 +193,7 @@ def test_scale_does_not_matter(factor: float) -> None:
 
 
 def test_mollification_is_the_least() -> None:
-    """After it, the flattest face has two sides 1e-5 h longer than the third; a good mesh is not touched."""
+    """Mollification gives the flattest face an excess of 1e-5 h, and leaves good meshes unchanged."""
     flat = IntrinsicMesh.of(flattened())
     grown, epsilon = mollified(flat)
     sides = grown.lengths[grown.gluing.of_faces]
@@ -205,13 +205,13 @@ def test_mollification_is_the_least() -> None:
 
 
 def test_heron_on_needles() -> None:
-    """Areas of a right triangle and of one with a side a trillionth of the others, to rounding; open ones have none."""
+    """Heron's formula is accurate to rounding on needles, and gives zero where sides do not close."""
     areas = heron_areas(np.array([[3.0, 4, 5], [1.0, 1.0, 1e-12], [1.0, 1.0, 3.0]]))
     np.testing.assert_allclose(areas, [6, 5e-13, 0], rtol=1e-15)
 
 
 def test_flips_repeat() -> None:
-    """The same mesh gives the same triangulation, to the bit."""
+    """The same mesh gives the same triangulation, to the last bit."""
     one, other = (DelaunayFlips(IntrinsicMesh.of(spiky())).surface for _ in range(2))
     np.testing.assert_array_equal(one.lengths, other.lengths)
     np.testing.assert_array_equal(one.faces, other.faces)
@@ -223,7 +223,7 @@ def test_flips_repeat() -> None:
     [("camelhead.off", 12000, 25), ("ogre.obj", 30000, 15), ("lego.ply", 150, 3), ("triple_vierbein.obj", 0, 0)],
 )
 def test_real_meshes(name: str, flips: int, rounds: int) -> None:
-    """Delaunay at once, in few rounds."""
+    """Flips on real meshes end within the stated numbers of flips and rounds."""
     from geomhw.io import read_mesh
 
     done = RobustTriangulation.of(read_mesh(reference(f"meshes/hostile/{name}")))

@@ -1,4 +1,4 @@
-"""Distances from many vertices at once: the same as one by one, whatever the options."""
+"""Distances from many sources equal those from single sources, for all options."""
 
 import numpy as np
 import pytest
@@ -28,7 +28,7 @@ OPTIONS = {
 
 
 def some_sources(mesh: TriangleMesh, count: int = 12) -> list[SurfacePoints]:
-    """Vertices of all of the mesh that have faces, within the rim if there is anything within."""
+    """Return vertices that have faces, off the boundary where possible."""
     used = np.setdiff1d(np.arange(mesh.n_vertices), mesh.unreferenced_vertices)
     inner = np.setdiff1d(used, mesh.boundary_vertices)
     chosen = np.unique(np.random.default_rng(0).choice(inner if len(inner) else used, count))
@@ -36,7 +36,7 @@ def some_sources(mesh: TriangleMesh, count: int = 12) -> list[SurfacePoints]:
 
 
 def assert_rows_agree(mesh: TriangleMesh, queries: list[SurfacePoints], **options: object) -> None:
-    """To 1e-9 of the largest distance, and inf in the same places."""
+    """Check rows against single sources, to 1e-9 of the largest distance."""
     solver = HeatDistance(mesh, queries=1000, **({"time": "h2"} | options))  # type: ignore[arg-type]
     rows = solver.rows(queries)
     for row, query in zip(rows, queries, strict=True):
@@ -48,7 +48,7 @@ def assert_rows_agree(mesh: TriangleMesh, queries: list[SurfacePoints], **option
 @pytest.mark.parametrize("name", sorted(ZOO))
 @pytest.mark.parametrize("options", OPTIONS)
 def test_rows(name: str, options: str) -> None:
-    """On every mesh of the zoo; refused as one question is where all vertices are on a rim that is kept cold."""
+    """Rows equal single distances on every mesh of the zoo, or raise as they do."""
     mesh = zoo_mesh(name)
     if OPTIONS[options].get("boundary") == "dirichlet" and len(mesh.boundary_vertices) == mesh.n_vertices:
         with pytest.raises(FieldError, match="kept cold"):
@@ -58,7 +58,7 @@ def test_rows(name: str, options: str) -> None:
 
 
 def test_rows_of_all_vertices() -> None:
-    """More than a block, and from vertices on the rim, which is kept cold in one half of the mean."""
+    """Rows agree for more sources than a block, and on the boundary."""
     mesh = grid(11, 9)
     every = [vertex_points(mesh, [v]) for v in range(mesh.n_vertices)]
     assert_rows_agree(mesh, every, boundary="average")
@@ -66,7 +66,7 @@ def test_rows_of_all_vertices() -> None:
 
 
 def test_rows_beyond_the_reach_of_doubles() -> None:
-    """Heat that underflows is scaled, one source at a time; the others of the block are not held up."""
+    """Rows where heat underflows are solved again with scaling, without effect on the others."""
     mesh = strip(1000)
     middle = int(np.abs(mesh.vertices[:, 0] - mesh.vertices[:, 0].mean()).argmin())
     assert_rows_agree(mesh, [vertex_points(mesh, [v]) for v in (0, 1, middle, middle + 1, 2001)])
@@ -76,7 +76,7 @@ def test_rows_beyond_the_reach_of_doubles() -> None:
 
 
 def test_rows_of_other_sources() -> None:
-    """Sets of several vertices and points within faces stand among single vertices, in their order."""
+    """Rows of several vertices and of points within faces keep their order."""
     mesh = icosphere(3)
     points = [
         vertex_points(mesh, [5]),
@@ -89,7 +89,7 @@ def test_rows_of_other_sources() -> None:
 
 
 def test_rows_on_hostile_meshes() -> None:
-    """Slivers, faces without area, components of other sizes."""
+    """Rows agree on slivers, faces of zero area and several components."""
     for mesh, options in ((sheared(), {"robust": True}), (split_diagonals(), {"robust": True}), (sheared(), {})):
         assert_rows_agree(mesh, some_sources(mesh), refine=False, **options)
     rows = HeatDistance(two_spheres(), "h2", queries=9).rows([vertex_points(two_spheres(), [v]) for v in (0, 200)])
@@ -97,7 +97,7 @@ def test_rows_on_hostile_meshes() -> None:
 
 
 def test_one_row_does_not_depend_on_the_others() -> None:
-    """Up to rounding; and twice the same is the same to the last bit."""
+    """A row depends on the other sources by rounding only; repeated runs are bit-identical."""
     mesh = torus(30, 20)
     queries = some_sources(mesh, 70)
     solver = HeatDistance(mesh, "h2", queries=1000)
@@ -110,7 +110,7 @@ def test_one_row_does_not_depend_on_the_others() -> None:
 @pytest.mark.parametrize("file", ["kitten.obj", "fandisk.obj", "moomoo.off"])
 @pytest.mark.parametrize("options", ["plain", "robust"])
 def test_rows_on_real_meshes(file: str, options: str) -> None:
-    """The same there."""
+    """Rows agree on real meshes."""
     mesh = read_mesh(reference(f"meshes/closed/{file}"))
     assert_rows_agree(mesh, some_sources(mesh, 5), **OPTIONS[options])
 
@@ -119,7 +119,7 @@ def test_rows_on_real_meshes(file: str, options: str) -> None:
 
 
 def bounded(mesh: TriangleMesh, phi: np.ndarray, sources: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """By `EdgePathBound`, and by searches along edges."""
+    """Return functions clamped by `EdgePathBound`, and by a search along edges each."""
     found = np.array(phi)
     expected = np.stack(
         [np.minimum(found[:, c], edge_path_distance(mesh, sources[[c]])) for c in range(len(sources))], axis=1
@@ -131,7 +131,7 @@ def bounded(mesh: TriangleMesh, phi: np.ndarray, sources: np.ndarray) -> tuple[n
 @pytest.mark.parametrize("name", ["sphere", "torus", "grid", "strip", "crumpled_torus", "tetrahedron", "annulus"])
 @pytest.mark.parametrize("stretch", [0.9, 1.0, 1.01, 1.1, 2.0, -1.0])
 def test_bound_along_edges(name: str, stretch: float) -> None:
-    """For distances that are too short, right, or too long, with bumps or without."""
+    """The bound equals the search along edges, for functions below, at and above the distance."""
     mesh = zoo_mesh(name)
     rng = np.random.default_rng(1)
     sources = rng.integers(0, mesh.n_vertices, 6)
@@ -144,8 +144,7 @@ def test_bound_along_edges(name: str, stretch: float) -> None:
 
 @pytest.mark.parametrize("steep", [0.0, 1.0])
 def test_bound_along_a_line_of_edges(steep: float, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A slope of 1 + 1e-3 along the edges of a grid is held by the edges; across them it is not touched. By either way
-    of searching."""
+    """A slope of 1 + 1e-3 along the edges of a grid is clamped; across them nothing changes."""
     monkeypatch.setattr("geomhw.geodesic.edge_path_bound.STEEP", steep)
     monkeypatch.setattr("geomhw.geodesic.edge_path_bound.VISITS", steep)
     mesh = grid(20, 20)

@@ -1,4 +1,4 @@
-"""TriangleMesh: identities of geometry and topology on every mesh of the zoo, and what it refuses."""
+"""Identities of geometry and topology, on every mesh of the zoo."""
 
 import numpy as np
 import pytest
@@ -25,7 +25,10 @@ def test_gauss_bonnet(mesh: TriangleMesh) -> None:
 
 
 def test_area_by_three_routes(mesh: TriangleMesh) -> None:
-    """Faces, vertices and ½ |e1||e2| sin of each corner agree."""
+    """Areas of faces, of vertices and ½ |e1
+
+    e2| sin α agree.
+    """
     lengths = np.linalg.norm(mesh.opposite_edges, axis=2)
     by_sine = np.roll(lengths, 1, axis=1) * np.roll(lengths, -1, axis=1) * np.sin(mesh.angles) / 2
     np.testing.assert_allclose(by_sine, np.repeat(mesh.face_areas[:, None], 3, axis=1), rtol=1e-12)
@@ -33,7 +36,7 @@ def test_area_by_three_routes(mesh: TriangleMesh) -> None:
 
 
 def test_face_normals_and_angles(mesh: TriangleMesh) -> None:
-    """Normals are unit and normal to the edges; angles of a triangle sum to π; cotangents are those of the angles."""
+    """Normals are unit and perpendicular to edges; angles sum to π; cotangents match the angles."""
     np.testing.assert_allclose(np.linalg.norm(mesh.face_normals, axis=1), 1, atol=1e-14)
     across = np.einsum("fx,fkx->fk", mesh.face_normals, mesh.opposite_edges)
     np.testing.assert_allclose(across, 0, atol=1e-13 * mesh.edge_lengths.max())
@@ -60,7 +63,7 @@ def test_edges_count_their_faces(mesh: TriangleMesh) -> None:
 
 
 def test_edges_of_a_soup() -> None:
-    """Edges of faces drawn by chance, some thousand of them at one vertex, are those that a comparison sort finds."""
+    """Edges of random faces equal those of a comparison sort, also with thousands at one vertex."""
     rng = np.random.default_rng(0)
     faces = np.array([rng.permutation(60)[:3] for _ in range(4000)], dtype=np.int32)
     faces[::2, 1] = 60
@@ -75,7 +78,7 @@ def test_edges_of_a_soup() -> None:
 
 
 def test_sums_at_corners() -> None:
-    """What is the same at all corners of a face, given once, sums to what it does given at each."""
+    """Values per face sum at the vertices as the same values given per corner."""
     mesh = icosphere(2)
     values = np.random.default_rng(2).normal(size=mesh.n_faces)
     expected = np.bincount(mesh.faces.ravel(), np.repeat(values, 3))
@@ -84,7 +87,7 @@ def test_sums_at_corners() -> None:
 
 
 def test_sums_at_places() -> None:
-    """Those of ``bincount``, to the last bit; complex ones too."""
+    """`scatter_add` equals `bincount` to the last bit, also for complex values."""
     rng = np.random.default_rng(1)
     places, values = rng.integers(0, 50, 1000).astype(np.int32), rng.normal(size=1000)
     np.testing.assert_array_equal(scatter_add(values, places, 60), np.bincount(places, values, 60))
@@ -93,7 +96,7 @@ def test_sums_at_places() -> None:
 
 
 def test_pieces_are_all() -> None:
-    """Each once, in order, none of none."""
+    """Pieces cover a range once, in order."""
     whole = np.arange(100_000)
     np.testing.assert_array_equal(np.concatenate([whole[piece] for piece in pieces(len(whole))]), whole)
     assert len(list(pieces(len(whole)))) > 3
@@ -101,7 +104,7 @@ def test_pieces_are_all() -> None:
 
 
 def test_work_in_pieces(monkeypatch: pytest.MonkeyPatch) -> None:
-    """What is computed in pieces does not depend on their size, to the last bit."""
+    """Results do not depend on the size of the pieces, to the last bit."""
     answers = []
     for size in (7, 100, 1 << 20):
         monkeypatch.setattr("geomhw.arrays.PIECE", size)
@@ -115,7 +118,7 @@ def test_work_in_pieces(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.parametrize("name", CLOSED)
 def test_genus(name: str) -> None:
-    """Closed meshes have the genus that they were built with."""
+    """Closed meshes have the genus that they are built with."""
     mesh = zoo_mesh(name)
     assert mesh.is_closed
     assert mesh.boundary_loops == []
@@ -124,7 +127,7 @@ def test_genus(name: str) -> None:
 
 
 def test_components_and_unreferenced() -> None:
-    """Two spheres and a loose vertex: two components; the vertex is counted apart."""
+    """Two spheres have two components; the vertex without faces is separate."""
     mesh = zoo_mesh("two_spheres")
     assert mesh.n_components == 2
     assert mesh.unreferenced_vertices.tolist() == [162]
@@ -133,7 +136,7 @@ def test_components_and_unreferenced() -> None:
 
 
 def test_boundary_loops_follow_their_faces() -> None:
-    """The square with a hole: outer loop counterclockwise, inner clockwise, each boundary vertex once."""
+    """The outer loop is counterclockwise, the inner one clockwise; each boundary vertex appears once."""
     mesh = zoo_mesh("annulus")
     assert sorted(len(loop) for loop in mesh.boundary_loops) == [12, 36]
     assert np.array_equal(np.sort(np.concatenate(mesh.boundary_loops)), mesh.boundary_vertices)
@@ -144,13 +147,13 @@ def test_boundary_loops_follow_their_faces() -> None:
 
 
 def test_loops_that_touch_are_two() -> None:
-    """Two triangles that share one vertex have two loops of three."""
+    """Two triangles with one common vertex have two boundary loops."""
     mesh = TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0]], [[0, 1, 2], [0, 3, 4]])
     assert [len(loop) for loop in mesh.boundary_loops] == [3, 3]
 
 
 def test_moebius_band_is_not_orientable() -> None:
-    """A strip closed with a half twist is one-sided, has one loop and no genus."""
+    """A Möbius band is one-sided, with one boundary loop and no genus."""
     n = 12
     angle = np.linspace(0, 2 * np.pi, n, endpoint=False)
     half = np.stack([np.cos(angle / 2) * np.cos(angle), np.cos(angle / 2) * np.sin(angle), np.sin(angle / 2)], axis=1)
@@ -166,7 +169,7 @@ def test_moebius_band_is_not_orientable() -> None:
 
 
 def test_flipped_face_is_orientable_but_not_oriented() -> None:
-    """Turning one face breaks the orientation, not the orientability."""
+    """A flipped face breaks the orientation, but not the orientability."""
     ball = icosphere(1)
     faces = ball.faces.copy()
     faces[3] = faces[3, ::-1]
@@ -178,7 +181,7 @@ def test_flipped_face_is_orientable_but_not_oriented() -> None:
 
 @pytest.mark.parametrize("factor", [1e-6, 1e6])
 def test_degeneracy_is_scale_free(factor: float) -> None:
-    """A sliver with a height of 1e-9 of its length has area at any scale; a zero-area face has none."""
+    """A face of height 1e-9 is not degenerate, one of zero area is, at any scale."""
     thin = np.array([[0, 0, 0], [1, 0, 0], [0.5, 1e-9, 0]])
     assert TriangleMesh(thin * factor, [[0, 1, 2]]).degenerate_faces.size == 0
     flat = np.array([[0, 0, 0], [1, 0, 0], [0.5, 0, 0]])
@@ -189,7 +192,7 @@ def test_degeneracy_is_scale_free(factor: float) -> None:
 
 
 def test_one_rings(mesh: TriangleMesh) -> None:
-    """The largest value next to each vertex, of one column or several, against the adjacency matrix."""
+    """The largest value of each vertex neighborhood equals that by the adjacency matrix."""
     values = np.random.default_rng(2).normal(size=(mesh.n_vertices, 2))
     linked = np.eye(mesh.n_vertices, dtype=bool)
     linked[mesh.edges[:, 0], mesh.edges[:, 1]] = linked[mesh.edges[:, 1], mesh.edges[:, 0]] = True

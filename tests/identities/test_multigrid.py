@@ -1,4 +1,4 @@
-"""Solvers that factor nothing: the same answers as a factorization, or a refusal."""
+"""Iterative solvers give the solutions of a factorization."""
 
 from itertools import pairwise
 
@@ -39,7 +39,7 @@ from support.reference import needs_reference, reference
 
 @pytest.mark.parametrize("name", [*sorted(ZOO), "large", "long"])
 def test_poisson(name: str) -> None:
-    """S x = b as a factorization has it, one vertex a component held, on meshes of any shape."""
+    """Multigrid solves S x = b as the factorization does, with one vertex per component held."""
     mesh = {"large": lambda: icosphere(5), "long": lambda: strip(2000)}.get(name, lambda: zoo_mesh(name))()
     S, free = stiffness(mesh), free_unknowns(mesh.components, mesh.unreferenced_vertices)
     b = np.random.default_rng(1).normal(size=mesh.n_vertices)
@@ -52,7 +52,7 @@ def test_poisson(name: str) -> None:
 
 @pytest.mark.parametrize("size", [0.0, 1e-3, 1.0, 1e6])
 def test_poisson_from_a_guess(size: float) -> None:
-    """However far from the solution a guess is, the answer is as close."""
+    """The solution does not depend on the initial guess."""
     mesh = icosphere(4)
     S, free = stiffness(mesh), free_unknowns(mesh.components, mesh.unreferenced_vertices)
     rng = np.random.default_rng(1)
@@ -63,7 +63,7 @@ def test_poisson_from_a_guess(size: float) -> None:
 
 
 def test_a_guess_off_by_a_factor(monkeypatch: pytest.MonkeyPatch) -> None:
-    """From a multiple of the solution, nothing is left to do."""
+    """From a multiple of the solution one iteration suffices."""
     mesh = icosphere(4)
     S, free = stiffness(mesh), free_unknowns(mesh.components, mesh.unreferenced_vertices)
     b = balanced(np.random.default_rng(3).normal(size=mesh.n_vertices), mesh.components)
@@ -75,8 +75,7 @@ def test_a_guess_off_by_a_factor(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_set_up_while_something_else_goes_on(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The same solution, to the last bit; and what fails in the background is said, or made up for, when it is asked
-    for."""
+    """A set-up in the background gives the same bits; its errors are raised, or cured by a factorization, on use."""
     mesh = icosphere(4)
     S, free = stiffness(mesh), free_unknowns(mesh.components, mesh.unreferenced_vertices)
     b = balanced(np.random.default_rng(4).normal(size=mesh.n_vertices), mesh.components)
@@ -100,7 +99,7 @@ def test_set_up_while_something_else_goes_on(monkeypatch: pytest.MonkeyPatch) ->
 
 
 def test_unknowns_without_neighbors() -> None:
-    """Right triangles apart from each other: across from the right angle, cotan weights are zero."""
+    """Separate right triangles, whose cotan weights vanish, give the distances of the factorization."""
     corner = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]])
     vertices = corner + 3 * np.arange(300)[:, None, None] * [1.0, 0, 0]
     mesh = TriangleMesh(vertices.reshape(-1, 3), np.arange(900).reshape(-1, 3))
@@ -113,7 +112,7 @@ def test_unknowns_without_neighbors() -> None:
 
 
 def test_poisson_with_held_vertices() -> None:
-    """Vertices that are held at zero stay there."""
+    """Held vertices stay zero."""
     mesh = grid(30, 20)
     free = np.ones(mesh.n_vertices, dtype=bool)
     free[mesh.boundary_vertices] = False
@@ -131,7 +130,7 @@ def test_poisson_with_held_vertices() -> None:
     ids=["sphere", "grid", "strip"],
 )
 def test_heat_by_sweeps(make, sources: list[int], time: str) -> None:  # type: ignore[no-untyped-def]
-    """The logarithm of heat everywhere, one or thousands of orders of magnitude below that of the source."""
+    """Sweeps give the logarithm of heat over thousands of orders of magnitude."""
     mesh = make()
     flow = HeatStep(mesh, time)
     impulse = np.zeros(mesh.n_vertices)
@@ -144,7 +143,7 @@ def test_heat_by_sweeps(make, sources: list[int], time: str) -> None:  # type: i
 
 @pytest.mark.parametrize("step", [1.0, 5.0, 500.0])
 def test_steps_of_the_scale_do_not_matter(step: float, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Sweeps scale their equations in steps, which change nothing, be they less than from one vertex to the next."""
+    """The solution does not depend on the step in which sweeps scale their equations."""
     mesh = strip(400)
     flow = HeatStep(mesh, "h2")
     impulse = np.bincount([0], minlength=mesh.n_vertices).astype(float)
@@ -158,7 +157,7 @@ def test_steps_of_the_scale_do_not_matter(step: float, monkeypatch: pytest.Monke
 
 
 def test_relaxation_by_the_share_of_mass() -> None:
-    """2/(1 + sqrt(1 - μ²)) where the mass is 1 - μ of the diagonal: none where there is nothing else."""
+    """The relaxation is 2/(1 + sqrt(1 - μ²)), where the mass is the share 1 - μ of the diagonal."""
     diagonal = np.full(8, 5.0)
     assert over_relaxation(diagonal, diagonal) == pytest.approx(1.0, rel=1e-14)
     assert over_relaxation(0.2 * diagonal, diagonal) == pytest.approx(1.25, rel=1e-14)
@@ -168,7 +167,7 @@ def test_relaxation_by_the_share_of_mass() -> None:
 
 @pytest.mark.parametrize("name", sorted(ZOO))
 def test_distances_agree(name: str) -> None:
-    """Distance does not depend on the solver: from one vertex, from several, with heat kept in or let out."""
+    """Distances do not depend on the solver, for one and two sources and two boundary conditions."""
     mesh = zoo_mesh(name)
     last = int(mesh.faces.max())
     for sources, boundary in (([0], "neumann"), ([0, last], "neumann"), ([last], "average")):
@@ -186,7 +185,7 @@ def test_distances_agree(name: str) -> None:
 @pytest.mark.parametrize("file", ["kitten.obj", "fandisk.obj", "armadillo.obj"])
 @pytest.mark.parametrize("robust", [False, True])
 def test_distances_agree_on_real_meshes(file: str, robust: bool) -> None:
-    """The same to 1e-7 of the largest distance."""
+    """Distances do not depend on the solver on real meshes, to 1e-7 of the largest."""
     mesh = read_mesh(reference(f"meshes/closed/{file}"))
     solvers = [HeatDistance(mesh, "h2", robust=robust, refine=False, solver=s) for s in ("direct", "multigrid")]  # type: ignore[arg-type]
     expected, found = (np.asarray(solver.from_vertices([0])["distance"]) for solver in solvers)
@@ -197,8 +196,7 @@ def test_distances_agree_on_real_meshes(file: str, robust: bool) -> None:
 @pytest.mark.parametrize("connection", ["normals", "intrinsic"])
 @pytest.mark.parametrize("time", ["h2", "0.1*h2"])
 def test_vectors_by_sweeps_are_those_by_factoring(connection: Connection, time: str) -> None:
-    """The complex system solved by sweeps gives the same field, to a part in 10⁷ where heat of the vectors is more than
-    a thousandth of that of numbers: elsewhere paths of opposite directions meet."""
+    """Sweeps give the vectors of the factorization, to 1e-7 where opposite paths do not cancel."""
     mesh = torus(60, 24)
     vectors = [[1.0, 2.0, 0.5], [0.0, -1.0, 3.0]]
     swept, factored = (
@@ -217,7 +215,7 @@ def test_vectors_by_sweeps_are_those_by_factoring(connection: Connection, time: 
 
 
 def test_scaled_sweeps_are_the_scaled_solution() -> None:
-    """On a strip so long that heat leaves the range of doubles, sweeps solve the system scaled by its decay."""
+    """On a strip where heat underflows, sweeps solve the system scaled by its decay."""
     mesh = grid(1500, 2, 1500.0, 2.0)
     flow = HeatStep(mesh, "h2")
     impulse = np.zeros(mesh.n_vertices)
@@ -229,8 +227,7 @@ def test_scaled_sweeps_are_the_scaled_solution() -> None:
 
 
 def test_heat_that_decays_at_several_rates() -> None:
-    """Coarse faces slow heat down: on two strips side by side, at equal distance from their sources, it is soon
-    hundreds of orders of magnitude apart, and sweeps have both right to a part in 10⁶."""
+    """On two strips with different decay, sweeps are right to 1e-6 in both, hundreds of orders apart."""
     fine, coarse = strip(3000), strip(750, cell=4.0)
     vertices = np.concatenate([fine.vertices, coarse.vertices + np.array([0.0, 9.0, 0.0])])
     mesh = TriangleMesh(vertices, np.concatenate([fine.faces, coarse.faces + fine.n_vertices]))
@@ -245,7 +242,7 @@ def test_heat_that_decays_at_several_rates() -> None:
 
 
 def test_heat_from_further_on(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Where blocks are solved one after the other and equations do not hold, sweeps go back until they do."""
+    """Where blocks do not satisfy their equations, sweeps go back until they do."""
     mesh = icosphere(4)
     flow = HeatStep(mesh, "0.2*h2", solver="direct")
     impulse = np.bincount([7], minlength=mesh.n_vertices).astype(float)
@@ -260,7 +257,7 @@ def test_heat_from_further_on(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_an_equation_holds_beside_its_own_terms() -> None:
-    """What is left of an equation is measured by all of its terms: its unknown may be nearly zero."""
+    """The residual of an equation is measured against all of its terms."""
     A = sp.csr_array(np.array([[2.0, -1, 0], [-1, 2, -1], [0, -1, 2]]))
     blocks = _Blocks(A, np.array([2.0, 1e-12, -2.0]), np.arange(3.0), 1.0)
     blocks.v[:] = [1.0, 1e-14, -1.0]
@@ -270,7 +267,7 @@ def test_an_equation_holds_beside_its_own_terms() -> None:
 
 
 def test_rows_in_another_order() -> None:
-    """Entries and rows go along; then the diagonal comes first in each row that has one, and the rest is in order."""
+    """A permuted matrix keeps its entries; then each row has its diagonal entry first."""
     dense = np.array([[1.0, 2, 0, 3], [4, 5, 0, 0], [0, 0, 0, 6], [7, 0, 8, 9]])
     A = permuted(sp.csr_array(dense), np.array([3, 1, 0, 2]))
     expected = dense[[3, 1, 0, 2]][:, [3, 1, 0, 2]]
@@ -285,7 +282,7 @@ def test_rows_in_another_order() -> None:
 
 @given(st.lists(st.floats(0, width=32)))
 def test_order_of_arrival(values: list[float]) -> None:
-    """Stable, and right for all that single precision has: zeros, tiny numbers, infinity."""
+    """The order of arrival equals a stable argsort of single-precision numbers."""
     array = np.array(values + values[::-1], dtype=np.float32)
     np.testing.assert_array_equal(_order(array), np.argsort(array, kind="stable"))
     near = np.random.default_rng(0).permutation(np.arange(2**30 - 2**17, 2**30 + 2**17, 97, dtype=np.uint32))

@@ -1,4 +1,4 @@
-"""Operators: exact identities on every mesh of the zoo, and how they scale, move and renumber with it."""
+"""Identities of the operators on every mesh of the zoo; invariance under scaling, translation, renumbering."""
 
 from collections.abc import Callable
 
@@ -19,12 +19,17 @@ from geomhw.operators.edge_matrix import edge_matrix, weight_sums
 from geomhw.operators.gradient import corner_gradients, gradient, gradient_of
 from geomhw.operators.laplacian import stiffness
 from geomhw.operators.mass import consistent_mass, lumped_mass
-from support.meshes import ZOO, some_field, zoo_mesh
+from support.meshes import ZOO, zoo_mesh
 
 
 def relative(difference: sp.sparray, scale: sp.sparray) -> float:
-    """Largest entry of one matrix over that of another."""
+    """Return the largest entry of one matrix over that of another."""
     return float(abs(difference).max() / abs(scale).max())
+
+
+def some_field(mesh: TriangleMesh) -> np.ndarray:
+    """Return a smooth face field that depends on the normals only."""
+    return np.cross(mesh.face_normals, [0.3, -0.5, 0.8])
 
 
 def test_divergence_of_gradient_is_minus_stiffness(mesh: TriangleMesh) -> None:
@@ -45,7 +50,7 @@ def test_stiffness_is_the_dirichlet_form(mesh: TriangleMesh) -> None:
 
 @pytest.mark.parametrize("name", [name for name in ZOO if name != "genus_two"])  # too large for dense eigenvalues
 def test_stiffness_is_positive_semidefinite(name: str) -> None:
-    """No negative eigenvalue, and one zero for each component and each loose vertex."""
+    """No eigenvalue of S is negative, and there is one zero per component and per vertex without faces."""
     mesh = zoo_mesh(name)
     values = np.linalg.eigvalsh(stiffness(mesh).toarray())
     assert values[0] > -1e-12 * values[-1]
@@ -54,20 +59,20 @@ def test_stiffness_is_positive_semidefinite(name: str) -> None:
 
 
 def test_gradient_of_a_linear_function(mesh: TriangleMesh) -> None:
-    """∇(a·x) is the part of a tangent to the face."""
+    """∇(a·x) is the tangential part of a."""
     a = np.array([0.7, -1.1, 0.4])
     tangent = a - (mesh.face_normals @ a)[:, None] * mesh.face_normals
     np.testing.assert_allclose((gradient(mesh) @ (mesh.vertices @ a)).reshape(-1, 3), tangent, atol=1e-11)
 
 
 def test_divergence_sums_to_zero(mesh: TriangleMesh) -> None:
-    """No net source: the integrated divergence of any field sums to zero on each mesh, boundary or not."""
+    """The integrated divergence of any field sums to zero, also with boundary."""
     spread = divergence(mesh) @ some_field(mesh).ravel()
     assert abs(spread.sum()) < 1e-12 * np.abs(spread).sum() + 1e-14
 
 
 def test_masses(mesh: TriangleMesh) -> None:
-    """Both masses hold the area; rows of the consistent one sum to the lumped one, and it integrates products."""
+    """Both masses hold the area; rows of the consistent mass sum to the lumped one; it integrates products."""
     M, C = lumped_mass(mesh), consistent_mass(mesh)
     ones = np.ones(mesh.n_vertices)
     np.testing.assert_allclose(C @ ones, M @ ones, rtol=1e-13)
@@ -79,7 +84,7 @@ def test_masses(mesh: TriangleMesh) -> None:
 
 
 def test_averages_are_stochastic(mesh: TriangleMesh) -> None:
-    """P and Q take constants to constants with weights that are not negative [OATVF, eq. 6]."""
+    """P and Q map constants to constants, with nonnegative weights [OATVF, eq. 6]."""
     P, Q = faces_to_vertices(mesh), vertices_to_faces(mesh)
     surface = np.ones(mesh.n_vertices)
     surface[mesh.unreferenced_vertices] = 0
@@ -90,14 +95,14 @@ def test_averages_are_stochastic(mesh: TriangleMesh) -> None:
 
 
 def test_averages_are_adjoint(mesh: TriangleMesh) -> None:
-    """The integral of f times a face value is the same by P and by Q: M P = QᵀA."""
+    """M P = QᵀA: both averages have the same integrals."""
     M, A = lumped_mass(mesh), sp.diags_array(mesh.face_areas)
     left = M @ faces_to_vertices(mesh)
     assert relative(left - vertices_to_faces(mesh).T @ A, left) < 1e-14
 
 
 def test_directional_derivative(mesh: TriangleMesh) -> None:
-    """D_V 1 = 0, D_V^F f = V·∇f, D_V = P D_V^F, and it is linear in V."""
+    """D_V 1 = 0, D_V^F f = V·∇f, D_V = P D_V^F, and D_V is linear in V."""
     V = some_field(mesh)
     D = directional_derivative(mesh, V)
     size = abs(D).max()
@@ -111,7 +116,7 @@ def test_directional_derivative(mesh: TriangleMesh) -> None:
 
 
 def test_edge_functions_fill_what_gradients_leave(closed_mesh: tuple[TriangleMesh, int]) -> None:
-    """Turned edge gradients are orthogonal to gradients, and the two leave a space of dimension 2g."""
+    """Rotated edge gradients are orthogonal to gradients; both leave a space of dimension 2g."""
     mesh, genus = closed_mesh
     G, E = gradient(mesh), edge_gradient(mesh)
     area = np.repeat(mesh.face_areas, 3)
@@ -139,7 +144,7 @@ OPERATORS: dict[str, tuple[Callable[[TriangleMesh], sp.sparray], int, str, str]]
 @pytest.mark.parametrize("operator", OPERATORS)
 @pytest.mark.parametrize("factor", [1e-6, 1e6])
 def test_scaling(mesh: TriangleMesh, operator: str, factor: float) -> None:
-    """Scaling the mesh scales each operator by the power of length in its units."""
+    """Each operator scales with the power of length in its units."""
     build, power, _, _ = OPERATORS[operator]
     small = build(mesh)
     large = build(TriangleMesh(mesh.vertices * factor, mesh.faces))
@@ -148,7 +153,7 @@ def test_scaling(mesh: TriangleMesh, operator: str, factor: float) -> None:
 
 @pytest.mark.parametrize("operator", OPERATORS)
 def test_moving(mesh: TriangleMesh, operator: str) -> None:
-    """Moving the mesh by 1000 times its size changes nothing beyond the rounding of its coordinates."""
+    """A translation by 1000 times the size changes operators by the rounding of the coordinates only."""
     size = np.ptp(mesh.vertices, axis=0).max()
     moved = TriangleMesh(mesh.vertices + 1e3 * size * np.array([1.0, -1.0, 0.5]), mesh.faces)
     before, after = OPERATORS[operator][0](mesh), OPERATORS[operator][0](moved)
@@ -159,7 +164,7 @@ def test_moving(mesh: TriangleMesh, operator: str) -> None:
 
 @pytest.mark.parametrize("operator", OPERATORS)
 def test_renumbering(mesh: TriangleMesh, operator: str) -> None:
-    """Renumbering vertices and faces, and turning corners round, permutes each operator."""
+    """Renumbering vertices and faces and rotating corners permutes each operator."""
     rng = np.random.default_rng(3)
     vertex, face = rng.permutation(mesh.n_vertices), rng.permutation(mesh.n_faces)
     new_name = np.empty_like(vertex)
@@ -176,7 +181,7 @@ def test_renumbering(mesh: TriangleMesh, operator: str) -> None:
 
 
 def test_matrix_over_edges() -> None:
-    """Hermitian, with what several edges say of the same vertices summed, and an edge to its own vertex twice."""
+    """The matrix is Hermitian; multiple edges are summed, and an edge to its own vertex counts twice."""
     edges = np.array([[2, 0], [0, 1], [2, 0], [1, 1]], dtype=np.int32)
     values, diagonal = np.array([1 + 2j, 3.0, 10j, 5 - 1j]), np.array([0.5, -1.0, 7.0])
     expected = np.diag(diagonal).astype(complex)
@@ -190,7 +195,7 @@ def test_matrix_over_edges() -> None:
 
 
 def test_gradient_beside_faces_without_area(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Zero where there is no area, and only there, in whatever piece of the mesh that is."""
+    """The gradient is zero on faces of zero area only, in any piece of the mesh."""
     ball = icosphere(1)
     flat = np.array([[0, 42, 1], [0, 42, 1]])
     vertices = np.concatenate([ball.vertices, ball.vertices[[0, 1]].mean(axis=0)[None]])
@@ -205,7 +210,7 @@ def test_gradient_beside_faces_without_area(monkeypatch: pytest.MonkeyPatch) -> 
 
 
 def test_flat_grid_stencil() -> None:
-    """On a square grid the cotan Laplacian is the five-point stencil, whichever way the diagonals run."""
+    """On a square grid the cotan Laplacian is the five-point stencil."""
     S = stiffness(grid(4, 4, 4.0, 4.0)).toarray()
     middle = 12
     row = {int(j): round(float(S[middle, j]), 12) for j in np.flatnonzero(np.abs(S[middle]) > 1e-12)}
@@ -213,13 +218,13 @@ def test_flat_grid_stencil() -> None:
 
 
 def test_zoo_has_a_loose_vertex_and_a_boundary() -> None:
-    """The zoo stays as hostile as these tests assume."""
+    """The zoo has a vertex without faces and a mesh with boundary."""
     assert zoo_mesh("two_spheres").unreferenced_vertices.size
     assert zoo_mesh("annulus").boundary_vertices.size
 
 
 def test_divergence_of_one_field(mesh: TriangleMesh) -> None:
-    """Without the matrix, the same divergence."""
+    """The divergence without its matrix is the same."""
     field = np.random.default_rng(8).normal(size=(mesh.n_faces, 3))
     expected = divergence(mesh) @ field.ravel()
     np.testing.assert_allclose(divergence_of(mesh, field), expected, atol=1e-13 * np.abs(expected).max())

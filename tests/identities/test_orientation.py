@@ -1,4 +1,4 @@
-"""What is up, on meshes whose faces disagree on it or that have one side only: signs, covers, their uses."""
+"""Orientation signs and covers: what does not depend on how faces are oriented."""
 
 import numpy as np
 import pytest
@@ -24,14 +24,14 @@ from support.meshes import book, zoo_mesh
 
 @pytest.fixture(params=["crumpled_sphere", "crumpled_torus", "grid", "two_spheres"])
 def pair(request: pytest.FixtureRequest) -> tuple[TriangleMesh, TriangleMesh]:
-    """A mesh, and the same with a third of its faces upside down."""
+    """A mesh, and the same with a third of its faces flipped."""
     mesh = zoo_mesh(request.param)
     return mesh, TriangleMesh(*turned((mesh.vertices, mesh.faces)))
 
 
 @pytest.mark.parametrize("name", ["moebius", "klein"])
 def test_cover_of_a_one_sided_surface(name: str) -> None:
-    """Connected, oriented, over each point twice: twice the Euler characteristic; of a Klein bottle, a torus."""
+    """The orientation cover is connected and oriented, with twice the Euler characteristic."""
     mesh = hostile(name)
     cover = orientation_cover(mesh)
     assert not mesh.is_orientable
@@ -47,7 +47,7 @@ def test_cover_of_a_one_sided_surface(name: str) -> None:
 
 
 def test_what_needs_no_cover(pair: tuple[TriangleMesh, TriangleMesh]) -> None:
-    """A mesh that agrees is its own; one that can be turned is turned back; copies of faces go."""
+    """An oriented mesh is its own cover; flipped faces are turned back; duplicate faces are dropped."""
     mesh, upset = pair
     assert orientation_cover(mesh) is oriented(mesh) is without_duplicate_faces(mesh) is mesh
     assert orientation_cover(upset).is_oriented
@@ -58,7 +58,7 @@ def test_what_needs_no_cover(pair: tuple[TriangleMesh, TriangleMesh]) -> None:
 
 
 def test_the_lesser_part_is_turned() -> None:
-    """Component by component; of two equal parts the one with the lowest face stays."""
+    """In each component the smaller part is flipped; of two equal parts the one without the lowest face."""
     mesh = hostile("two_ways")
     assert oriented(mesh) is mesh
     strip = TriangleMesh([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 3, 2]])
@@ -66,7 +66,7 @@ def test_the_lesser_part_is_turned() -> None:
 
 
 def test_edge_signs() -> None:
-    """Normals along an edge of a one-sided surface are near each other once their signs are told; else all are 1."""
+    """With edge signs, normals at the ends of an edge of a one-sided surface agree; elsewhere signs are 1."""
     mesh = hostile("moebius")
     i, j = mesh.edges.T
     cosine = np.einsum("ex,ex->e", mesh.vertex_normals[i], mesh.vertex_normals[j])
@@ -76,7 +76,7 @@ def test_edge_signs() -> None:
 
 
 def test_vectors_do_not_depend_on_how_faces_are_turned(pair: tuple[TriangleMesh, TriangleMesh]) -> None:
-    """Both connections, diffused and transported, from a vertex and from within a face that is upside down."""
+    """Diffused and transported vectors do not depend on flipped faces, for both connections."""
     mesh, upset = pair
     vector = [[0.3, -0.5, 0.8]]
     for connection in ("normals", "intrinsic"):
@@ -94,7 +94,7 @@ def test_vectors_do_not_depend_on_how_faces_are_turned(pair: tuple[TriangleMesh,
 
 @pytest.mark.parametrize("name", ["moebius", "klein"])
 def test_vectors_on_one_sided_surfaces(name: str) -> None:
-    """The system on the cover gives what the 3n x 3n one gives, which needs none; complex numbers alone do not."""
+    """On one-sided surfaces the system on the cover equals the 3n × 3n system."""
     mesh = hostile(name)
     heat = VectorHeat(mesh, "h2")
     start = np.zeros((mesh.n_vertices, 3))
@@ -107,8 +107,10 @@ def test_vectors_on_one_sided_surfaces(name: str) -> None:
 
 
 def test_a_turn_round_a_moebius_band_mirrors() -> None:
-    """Carried across a narrow band, a vector along it comes round as it was, one across it as its opposite: where the
-    two ways round meet, opposite the source, those along agree and those across cancel."""
+    """Round a Möbius band a vector along it returns unchanged, one across it reversed.
+
+    Opposite the source, where both ways meet, the former add and the latter cancel.
+    """
     mesh = moebius_band(60, 2, width=0.05)
     middle = np.flatnonzero(np.abs(np.linalg.norm(mesh.vertices[:, :2], axis=1) - 1) < 1e-9)
     source, along = int(middle[mesh.vertices[middle, 0].argmax()]), np.array([0.0, 1.0, 0.0])
@@ -121,7 +123,7 @@ def test_a_turn_round_a_moebius_band_mirrors() -> None:
 
 @pytest.mark.parametrize("name", ["moebius", "klein"])
 def test_distances_on_one_sided_surfaces(name: str) -> None:
-    """As on the cover, from both places over the source: a shortest path has its like there."""
+    """Distances equal those on the cover from both lifts of the source."""
     mesh = hostile(name)
     cover = orientation_cover(mesh)
     n = mesh.n_vertices
@@ -132,7 +134,7 @@ def test_distances_on_one_sided_surfaces(name: str) -> None:
 
 
 def test_decomposition_does_not_depend_on_how_faces_are_turned(pair: tuple[TriangleMesh, TriangleMesh]) -> None:
-    """All parts and the potential; the mesh that comes back is the one that was given."""
+    """All parts and the potential do not depend on flipped faces."""
     mesh, upset = pair
     V = np.random.default_rng(1).normal(size=(mesh.n_faces, 3))
     expected, found = HelmholtzDecomposition(mesh)(V), HelmholtzDecomposition(upset)(V)
@@ -143,21 +145,21 @@ def test_decomposition_does_not_depend_on_how_faces_are_turned(pair: tuple[Trian
 
 @pytest.mark.parametrize("name", ["bow_tie", "hourglass"])
 def test_decomposition_where_only_a_vertex_joins(name: str) -> None:
-    """Stream functions know nothing of each other across a vertex; on pieces without handles nothing is harmonic."""
+    """Where components meet in one vertex only, nothing is harmonic."""
     mesh = hostile(name)
     parts = HelmholtzDecomposition(mesh)(np.random.default_rng(1).normal(size=(mesh.n_faces, 3)))
     np.testing.assert_allclose(parts["harmonic"], 0, atol=1e-12)
 
 
 def test_curvature_of_what_is_no_fan() -> None:
-    """None on a boundary, on the spine of a book and in the waist of an hourglass; elsewhere Gauss and Bonnet hold."""
+    """The angle defect is zero at boundaries, non-manifold edges and pinched vertices; elsewhere Gauss-Bonnet holds."""
     pages = book(3)
     np.testing.assert_allclose(angle_defects(pages), 0, atol=1e-12)
     glass = TriangleMesh(*hourglass())
     defects = angle_defects(glass)
     assert defects[0] == 0
     assert pinched_vertices(glass.faces, glass.edge_table, glass.n_vertices).tolist() == [0]
-    # Two spheres, of which each lacks the defect at the vertex that they share.
+    # Each of two spheres lacks the defect at the common vertex.
     ball = zoo_mesh("sphere")
     assert angle_defects(ball).sum() == pytest.approx(4 * np.pi)
     assert defects.sum() < 8 * np.pi
@@ -165,7 +167,7 @@ def test_curvature_of_what_is_no_fan() -> None:
 
 
 def test_mollified_by_component() -> None:
-    """A face without area lengthens its own component, by that component's measure, and no other."""
+    """A face of zero area lengthens edges of its own component only, in proportion to its size."""
     needle, ball = HOSTILE["needle_0"](), HOSTILE["inside_out"]()
     for scale in (1e-6, 1.0, 1e6):
         vertices = np.concatenate([needle[0] * scale, ball[0] + 9])

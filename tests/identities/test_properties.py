@@ -1,4 +1,4 @@
-"""Identities and invariances on meshes and fields that hypothesis makes up; what is written comes back."""
+"""Identities and invariances on random meshes and fields of hypothesis."""
 
 from collections.abc import Sequence
 
@@ -31,7 +31,7 @@ CLOSED = [icosphere(1), torus(9, 6)]
 
 @st.composite
 def surfaces(draw: st.DrawFn, bases: Sequence[TriangleMesh] = BASES, shake: float = 0.25) -> TriangleMesh:
-    """A small surface, every vertex shaken by up to a quarter of an edge, turned, scaled and moved."""
+    """A small surface with moved vertices, at a random scale and position."""
     base = draw(st.sampled_from(bases))
     chance = np.random.default_rng(draw(seeds))
     moved = base.vertices + shake * base.mean_edge_length * chance.uniform(-1, 1, base.vertices.shape)
@@ -47,12 +47,9 @@ def rotations(draw: st.DrawFn) -> np.ndarray:
     return Q * np.sign(np.linalg.det(Q))
 
 
-# -- operators and methods --------------------------------------------------------------------------------------------
-
-
 @given(surfaces())
 def test_operators(mesh: TriangleMesh) -> None:
-    """Div G = -S; S is symmetric, positive semidefinite and constants are in its kernel; areas add up."""
+    """Div G = -S; S is symmetric and positive semidefinite, with constants in its kernel; masses sum to the area."""
     S, scale = stiffness(mesh), abs(stiffness(mesh)).max()
     assert abs(divergence(mesh) @ gradient(mesh) + S).max() < 1e-12 * scale
     assert abs(S - S.T).max() == 0
@@ -63,7 +60,7 @@ def test_operators(mesh: TriangleMesh) -> None:
 
 @given(surfaces(CLOSED))
 def test_connection(mesh: TriangleMesh) -> None:
-    """Symmetric, and positive semidefinite on the edges' weights if those are not negative."""
+    """C is symmetric, and positive semidefinite where no weight is negative."""
     C = connection_stiffness(mesh)
     scale = abs(C).max()
     assert abs(C - C.T).max() < 1e-12 * scale
@@ -74,7 +71,7 @@ def test_connection(mesh: TriangleMesh) -> None:
 
 @given(surfaces(), rotations(), st.integers(-8, 8), seeds)
 def test_distance_is_that_of_the_surface(mesh: TriangleMesh, Q: np.ndarray, power: int, seed: int) -> None:
-    """Renumbering vertices and faces, a rigid motion and a change of units change numbers as they should."""
+    """Distance is invariant under renumbering and rigid motion, and scales with the mesh."""
     chance = np.random.default_rng(seed)
     size, source = 10.0**power, int(chance.choice(mesh.faces.ravel()))
     names = chance.permutation(mesh.n_vertices)  # new number of each vertex
@@ -92,7 +89,7 @@ def test_distance_is_that_of_the_surface(mesh: TriangleMesh, Q: np.ndarray, powe
 
 @given(surfaces(), seeds)
 def test_transport_keeps_lengths(mesh: TriangleMesh, seed: int) -> None:
-    """Every transported vector is as long as that at the source."""
+    """Transported vectors have the length of the source's vector."""
     source = int(np.random.default_rng(seed).choice(mesh.faces.ravel()))
     vector = 3.0 * random_tangent(mesh, source, seed)
     moved = VectorHeat(mesh).from_vertices([source], [vector])["transported"]
@@ -102,7 +99,7 @@ def test_transport_keeps_lengths(mesh: TriangleMesh, seed: int) -> None:
 
 @given(surfaces(), seeds)
 def test_parts_of_a_field(mesh: TriangleMesh, seed: int) -> None:
-    """They add up to the field, and their energies to its energy."""
+    """The parts sum to the field, and their energies to its energy."""
     result = HelmholtzDecomposition(mesh)(np.random.default_rng(seed).normal(size=(mesh.n_faces, 3)))
     parts = [result[name] for name in ("curl_free", "coexact", "harmonic")]
     total = energy(mesh, result["field"])
@@ -112,7 +109,7 @@ def test_parts_of_a_field(mesh: TriangleMesh, seed: int) -> None:
 
 @given(surfaces(CLOSED, shake=0.1), seeds)
 def test_flow_keeps_energy(mesh: TriangleMesh, seed: int) -> None:
-    """Ten steps at Courant number 0.05, short enough for meshes as coarse as these."""
+    """Ten steps at Courant number 0.05 keep the energy."""
     scheme = ConservativeScheme(mesh)
     start = scheme.start(random_field(mesh, seed % 1000), np.zeros(mesh.n_vertices))
     before = energy(mesh, scheme.velocity(start))

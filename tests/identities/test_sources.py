@@ -1,4 +1,4 @@
-"""Sources of all kinds: equal names for equal points, invariances, and what holds for any sources."""
+"""Sources of all kinds: equivalent specs, invariances, and bounds for any sources."""
 
 import numpy as np
 import pytest
@@ -21,18 +21,16 @@ from geomhw.transport.vector_heat import VectorHeat
 from support.exact import INSIDE
 from support.meshes import sheared, two_spheres, zoo_mesh
 
-# -- several vertices ----------------------------------------------------------------------------------------------
-
 
 def test_zero_at_all_sources_and_nowhere_else(mesh: TriangleMesh) -> None:
-    """On every mesh of the zoo, from every fifth vertex: 0 at these, positive elsewhere."""
+    """Distance is zero at every fifth vertex, the sources, and positive elsewhere."""
     wanted = np.setdiff1d(np.arange(0, mesh.n_vertices, 5), mesh.unreferenced_vertices)
     distance = HeatDistance(mesh, "h2").from_vertices(wanted)["distance"]
     assert np.flatnonzero(distance <= 0).tolist() == wanted.tolist()
 
 
 def test_sources_are_equally_warm() -> None:
-    """u is the same at all source vertices; (M + tS) u sums to one each, and is zero elsewhere."""
+    """u is equal at all sources; (M + tS) u sums to their number and is zero elsewhere."""
     from geomhw.operators.laplacian import stiffness
     from geomhw.operators.mass import lumped_mass
 
@@ -47,7 +45,7 @@ def test_sources_are_equally_warm() -> None:
 
 
 def test_paths_along_edges_start_at_the_corners() -> None:
-    """From several starts, each with its own length, the shortest of all paths; no distance is longer."""
+    """The edge path from several starts is the least of the single ones, and bounds the distance."""
     mesh = zoo_mesh("crumpled_torus")
     sources = concatenate([face_point(mesh, 17, INSIDE), vertex_points(mesh, [200])])
     known = known_distances(mesh, sources)
@@ -59,7 +57,7 @@ def test_paths_along_edges_start_at_the_corners() -> None:
 
 
 def test_corner_is_the_vertex() -> None:
-    """With all weight on one corner a point is that vertex, to the last bit; so is one a rounding away."""
+    """A point with all weight on one corner is that vertex, to the last bit."""
     mesh = zoo_mesh("sphere")
     vertex = HeatDistance(mesh).from_vertices([mesh.faces[17, 1]])
     for weights in ([0, 1, 0], [1e-12, 1 - 2e-12, 1e-12]):
@@ -69,7 +67,7 @@ def test_corner_is_the_vertex() -> None:
 
 
 def test_edge_belongs_to_both_faces() -> None:
-    """A point on an edge, named by either face, is one source with one answer."""
+    """A point on an edge is the same source in either face."""
     mesh = zoo_mesh("crumpled_sphere")
     face, corner = 40, 0
     edge = mesh.edge_table.of_faces[face, corner]
@@ -85,7 +83,7 @@ def test_edge_belongs_to_both_faces() -> None:
 
 
 def mixed(mesh: TriangleMesh) -> list[SurfacePoints]:
-    """Vertices and points within faces, two in one face, one given twice."""
+    """Return vertices and points within faces, two in one face, one on an edge."""
     return [
         vertex_points(mesh, [9]),
         face_point(mesh, 30),
@@ -97,7 +95,7 @@ def mixed(mesh: TriangleMesh) -> list[SurfacePoints]:
 
 @pytest.mark.parametrize("robust", [False, True])
 def test_order_and_repetition_do_not_matter(robust: bool) -> None:
-    """Every field and the report are the same for sources in any order, some of them given twice."""
+    """Fields and report do not depend on the order and repetition of sources."""
     mesh = zoo_mesh("torus")
     parts = mixed(mesh)
     solver = HeatDistance(mesh, robust=robust)
@@ -111,7 +109,7 @@ def test_order_and_repetition_do_not_matter(robust: bool) -> None:
 
 
 def test_mixed_sources_renumbered_and_scaled() -> None:
-    """Distances belong to places: another numbering, another scale, the same answer."""
+    """Distances from mixed sources are invariant under renumbering, and scale with the mesh."""
     mesh = zoo_mesh("torus")
     sources = concatenate(mixed(mesh))
     before = HeatDistance(mesh, "h2").from_sources(sources)["distance"]
@@ -124,7 +122,7 @@ def test_mixed_sources_renumbered_and_scaled() -> None:
 
 
 def test_robust_agrees_on_a_delaunay_mesh() -> None:
-    """With nothing to flip, --robust changes rounding only, for points within faces too."""
+    """On a Delaunay mesh, `robust` changes fields by rounding only, for points within faces too."""
     mesh = icosphere(3)
     sources = concatenate([face_point(mesh, 5, INSIDE), vertex_points(mesh, [100, 101])])
     one, other = (HeatDistance(mesh, "h2", robust=r, refine=False).from_sources(sources) for r in (False, True))
@@ -134,7 +132,7 @@ def test_robust_agrees_on_a_delaunay_mesh() -> None:
 
 
 def test_two_components() -> None:
-    """A point on each ball: what one has does not depend on the other."""
+    """Distances on one component do not depend on a source on the other."""
     mesh = two_spheres()
     point, other = face_point(mesh, 5, INSIDE), face_point(mesh, 500)
     alone = HeatDistance(mesh, "h2").from_sources(point)["distance"]
@@ -145,7 +143,7 @@ def test_two_components() -> None:
 
 
 def test_faces_between_sources_have_no_direction() -> None:
-    """Where all three corners are sources, heat is level: no direction, rather than that of its rounding."""
+    """A face whose corners are all sources has no direction."""
     mesh = zoo_mesh("sphere")
     wanted = np.unique(mesh.faces[np.isin(mesh.faces, mesh.faces[0]).any(axis=1)])
     lengths = np.linalg.norm(HeatDistance(mesh, "h2").from_vertices(wanted)["direction"], axis=1)
@@ -156,7 +154,7 @@ def test_faces_between_sources_have_no_direction() -> None:
 
 
 def test_sources_of_another_sheet_do_not_count() -> None:
-    """Two sheets a hundredth of an edge apart: each has the corners of its own source's face known."""
+    """Of two sheets close to each other, known distances stay on the source's own sheet."""
     sheet = grid(6, 6)
     n = sheet.n_vertices
     both = TriangleMesh(
@@ -171,7 +169,7 @@ def test_sources_of_another_sheet_do_not_count() -> None:
 
 
 def test_what_comes_out_below_zero_is_told() -> None:
-    """On slivers the plain method goes far below zero: raised to the chord, and counted in the report."""
+    """On slivers, distances below zero are raised to the straight line, and counted in the report."""
     mesh = sheared(24, 20.0)
     result = HeatDistance(mesh, "h2").from_vertices([312, 313])
     raised = result.report["below_zero"]
@@ -182,7 +180,7 @@ def test_what_comes_out_below_zero_is_told() -> None:
 
 
 def test_nearest_is_no_farther_than_any_sample() -> None:
-    """No point of a dense sample of the surface is nearer than the one found, from anywhere."""
+    """No sample of the surface is nearer than the point found."""
     from geomhw.mesh.sampling import area_samples, points_on
 
     mesh = zoo_mesh("crumpled_torus")
@@ -193,7 +191,7 @@ def test_nearest_is_no_farther_than_any_sample() -> None:
 
 
 def test_extreme_vertices() -> None:
-    """The lowest index on a tie, and never a vertex of no face."""
+    """The extreme vertex has the lowest index on a tie, and has faces."""
     square = grid(4, 4)
     assert [extreme_vertex(square, axis, sign) for axis, sign in ((0, 1), (0, -1), (1, 1), (1, -1))] == [4, 0, 20, 0]
     balls = two_spheres()
@@ -201,12 +199,12 @@ def test_extreme_vertices() -> None:
 
 
 def test_weights_are_normalized() -> None:
-    """Thirds rounded to two digits are thirds."""
+    """Weights rounded to two digits are normalized."""
     np.testing.assert_allclose(face_point(zoo_mesh("sphere"), 3, [0.33, 0.33, 0.33]).weights, 1 / 3, rtol=1e-15)
 
 
 def test_corner_of_a_face_is_the_vertex_for_vectors() -> None:
-    """With all weight on a corner, the field of that vertex."""
+    """With all weight on a corner, the diffused field is that of the vertex."""
     mesh = zoo_mesh("sphere")
     vertex = int(mesh.faces[8, 2])
     one = VectorHeat(mesh).from_vertices([vertex], [[0.3, 0.2, 0.9]])
@@ -215,7 +213,7 @@ def test_corner_of_a_face_is_the_vertex_for_vectors() -> None:
 
 
 def test_shares_keep_their_length() -> None:
-    """At each corner the share of a vector is as long as its weight says, however steep the corner's plane is."""
+    """The share of each corner has the length of its weight."""
     mesh = zoo_mesh("tetrahedron")
     point = face_point(mesh, 2, INSIDE)
     vector = 2 * turned(source_frames(mesh, point), [25.0])

@@ -32,34 +32,34 @@ MESHES = pytest.mark.parametrize("name", ZOO)
 
 
 def stream_flow(mesh: TriangleMesh, seed: int = 0) -> tuple[np.ndarray, np.ndarray]:
-    """A rough ψ, (n,), constant on boundary loops, and n x ∇ψ, (m, 3)."""
+    """Return a random ψ, constant on boundary loops, and n × ∇ψ."""
     psi = np.random.default_rng(seed).normal(size=mesh.n_vertices)[loop_groups(mesh)]
     return psi, np.cross(mesh.face_normals, (gradient(mesh) @ psi).reshape(-1, 3))
 
 
 def at(mesh: TriangleMesh, values: np.ndarray, particles: Particles) -> np.ndarray:
-    """A function of vertices where the particles are."""
+    """Interpolate a function of vertices at the particles."""
     return np.einsum("pk,pk->p", particles.weights, values[mesh.faces[particles.faces]])
 
 
 def crossing_time(mesh: TriangleMesh, V: np.ndarray) -> float:
-    """h over the largest speed."""
+    """Return h over the largest speed."""
     return mesh.mean_edge_length / max(float(np.linalg.norm(V, axis=1).max()), 1e-300)
 
 
 def sound(particles: Particles, count: int) -> bool:
-    """Whether none is lost and all are in their faces."""
+    """Return whether no particle is lost and all weights are valid."""
     weights = particles.weights
     return bool(weights.shape == (count, 3) and weights.min() >= 0 and np.abs(weights.sum(axis=1) - 1).max() < 1e-14)
 
 
-# -- exact paths -------------------------------------------------------------------------------------------------
+# -- flows -------------------------------------------------------------------------------------------------------
 
 
 @MESHES
 @pytest.mark.parametrize("courant", [0.3, 7.0, 1e3, 1e6])
 def test_stream_function_is_kept(name: str, courant: float) -> None:
-    """Along n x ∇ψ, however rough, ψ of a particle stays to rounding; and -V brings it back. Whatever the step."""
+    """Along n × ∇ψ each particle keeps ψ to rounding, at any step; -V brings it back."""
     mesh = zoo_mesh(name)
     psi, V = stream_flow(mesh)
     dt = courant * crossing_time(mesh, V) if V.any() else 1.0
@@ -75,7 +75,7 @@ def test_stream_function_is_kept(name: str, courant: float) -> None:
 
 @pytest.mark.parametrize("name", ["torus", "crumpled_torus", "genus_two"])
 def test_harmonic_flow(name: str) -> None:
-    """Through handles too: fluxes agree across edges, so that a path there and back ends where it began."""
+    """Through handles, a path in a harmonic flow and back ends at its start."""
     mesh = zoo_mesh(name)
     tracer = Tracer(mesh)
     for V in harmonic_basis(mesh):
@@ -89,7 +89,7 @@ def test_harmonic_flow(name: str) -> None:
 
 @pytest.mark.parametrize("name", ["sphere", "crumpled_sphere", "genus_two"])
 def test_a_step_in_parts(name: str) -> None:
-    """Steps add up: seven small ones are the large one, to rounding."""
+    """Seven short steps equal one long step, to rounding."""
     mesh = zoo_mesh(name)
     V = random_field(mesh, 3)
     tracer = Tracer(mesh)
@@ -101,13 +101,13 @@ def test_a_step_in_parts(name: str) -> None:
     np.testing.assert_allclose(tracer.positions(parts), tracer.positions(whole), atol=1e-12)
 
 
-# -- fields that are no flows --------------------------------------------------------------------------------------
+# -- other fields --------------------------------------------------------------------------------------------------
 
 
 @MESHES
 @pytest.mark.parametrize("courant", [1.0, 300.0])
 def test_any_field(name: str, courant: float) -> None:
-    """Noise, a new vector on each face: it ends, and all particles are still on the surface."""
+    """In a random field on each face every particle stays on the surface."""
     mesh = zoo_mesh(name)
     V = tangential(mesh, np.random.default_rng(4).normal(size=(mesh.n_faces, 3)))
     tracer = Tracer(mesh)
@@ -116,7 +116,7 @@ def test_any_field(name: str, courant: float) -> None:
 
 @pytest.mark.parametrize("shape", ["creature.obj", "torus.off"])
 def test_rotation_fields_of_the_handout(shape: str) -> None:
-    """The handout's field has sources, sinks and spirals; particles come to rest in sinks, none is lost."""
+    """In the handout's field, with sources, sinks and spirals, no particle is lost."""
     mesh = read_mesh(DATA / shape)
     V = rotation_field(mesh, np.array([1.0, 0.0, 0.0]))
     tracer = Tracer(mesh)
@@ -127,7 +127,7 @@ def test_rotation_fields_of_the_handout(shape: str) -> None:
 
 
 def test_at_rest() -> None:
-    """Without a flow, or without time, nothing moves, to the last bit."""
+    """Without flow or time, particles stay, to the last bit."""
     mesh = zoo_mesh("crumpled_sphere")
     tracer = Tracer(mesh)
     start = tracer.seed(50)
@@ -138,7 +138,7 @@ def test_at_rest() -> None:
 
 
 def test_one_sided_surface() -> None:
-    """A Möbius band has no orientation, but paths, and edges where faces run the same way."""
+    """On a Möbius band every particle stays on the surface."""
     mesh = moebius_band(40, 6)
     V = rotation_field(mesh, Z)
     tracer = Tracer(mesh)
@@ -148,7 +148,7 @@ def test_one_sided_surface() -> None:
 @needs_reference
 @pytest.mark.parametrize("path", ["meshes/hostile/camelhead.off", "meshes/hostile/stanford-bunny.obj"])
 def test_slivers(path: str) -> None:
-    """Meshes with slivers and holes: ψ to rounding, on any of their faces."""
+    """On meshes with slivers and holes, particles keep ψ to rounding."""
     mesh = read_mesh(reference(path))
     psi, V = stream_flow(mesh)
     tracer = Tracer(mesh)
@@ -158,12 +158,12 @@ def test_slivers(path: str) -> None:
     np.testing.assert_allclose(at(mesh, psi, end), at(mesh, psi, start), atol=1e-12)
 
 
-# -- scale, order, refusals --------------------------------------------------------------------------------------
+# -- invariances -------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(("scale", "shift"), [(1e-6, 0.0), (1e7, 0.0), (1.0, 300.0)])
 def test_scale_and_place(scale: float, shift: float) -> None:
-    """Neither the size of the mesh nor where it lies changes seeds or paths."""
+    """Seeds and paths are invariant under scaling and translation."""
     mesh = crumpled(icosphere(2))
     moved = TriangleMesh(scale * mesh.vertices + shift, mesh.faces)
     V = random_field(mesh, 2)
@@ -175,7 +175,7 @@ def test_scale_and_place(scale: float, shift: float) -> None:
 
 
 def test_renumbering() -> None:
-    """The same paths whatever the order of vertices and faces, from the same places."""
+    """Paths are invariant under renumbering of vertices and faces."""
     mesh = crumpled(icosphere(2))
     rng = np.random.default_rng(0)
     new, order = rng.permutation(mesh.n_vertices), rng.permutation(mesh.n_faces)
@@ -194,7 +194,7 @@ def test_renumbering() -> None:
 
 @pytest.mark.parametrize("name", CLOSED)
 def test_seeds_are_even(name: str) -> None:
-    """As many in a region as its area has it, to a few; closest pairs further apart than by chance; the same twice."""
+    """Seeds are spread in proportion to area, farther apart than at random, and deterministic."""
     mesh = zoo_mesh(name)
     faces, weights = spread_samples(mesh, 800)
     x = points_on(mesh, faces, weights)
@@ -212,7 +212,7 @@ def test_seeds_are_even(name: str) -> None:
 
 @pytest.mark.parametrize("count", [1, 7, 3000])
 def test_seeds_by_area(count: int) -> None:
-    """Along the order given, each point stands for the same area: no face is off by more than one."""
+    """In their order, each seed stands for the same area, to one per face."""
     mesh = zoo_mesh("crumpled_torus")
     faces, weights = area_samples(mesh, count)
     found = np.cumsum(np.bincount(faces, minlength=mesh.n_faces))
@@ -224,7 +224,7 @@ def test_seeds_by_area(count: int) -> None:
 
 
 def test_flow_keeps_seeds_even() -> None:
-    """A flow without divergence keeps areas: particles stay as evenly spread as they were."""
+    """A divergence-free flow keeps seeds evenly spread."""
     mesh = icosphere(3)
     _, V = stream_flow(mesh)
     tracer = Tracer(mesh)
@@ -234,7 +234,7 @@ def test_flow_keeps_seeds_even() -> None:
 
 
 def test_hilbert_curve() -> None:
-    """Each cell of the lattice once, and neighbors on the curve are neighbors in space."""
+    """The Hilbert curve visits each cell once, and neighbors on it are neighbors in space."""
     cells = np.stack(np.indices((8, 8, 8)), axis=-1).reshape(-1, 3) + 0.5
     keys = hilbert_keys(cells, bits=3)
     np.testing.assert_array_equal(np.sort(keys), np.arange(512))
@@ -245,14 +245,14 @@ def test_hilbert_curve() -> None:
 
 
 def cross_section(mesh: TriangleMesh, tracers: Tracers, time: float) -> np.ndarray:
-    """Where the tracers remember that they were."""
+    """Return where the tracers remember that they were at a time."""
     (k,) = np.flatnonzero(np.isclose(tracers.times, time, rtol=1e-9))
     return np.asarray(tracers.past[k])
 
 
 @pytest.mark.parametrize("steps", [1, 9, 400])
 def test_memory(steps: int) -> None:
-    """Whatever the steps: the last of the way in places that lie on it, evenly in time, ascending."""
+    """The remembered positions lie on the path, evenly in time, for any number of steps."""
     mesh = icosphere(3)
     V = rigid_field(mesh, Z)
     follow, tracer = Tracing(mesh), Tracer(mesh)
@@ -272,7 +272,7 @@ def test_memory(steps: int) -> None:
 
 
 def test_cloud() -> None:
-    """Velocity of the face, color between the corners, and the past relative to the present."""
+    """A cloud has the face's velocity, the interpolated color, and past positions relative to the present."""
     mesh = icosphere(2)
     V = rigid_field(mesh, Z)
     follow = Tracing(mesh)
@@ -287,7 +287,7 @@ def test_cloud() -> None:
 
 
 def test_traced_scheme() -> None:
-    """The flow is, to the last bit, that without tracers; they keep up with it, and turn with a solid rotation."""
+    """The flow is bit-identical to that without tracers; tracers follow the color."""
     mesh = icosphere(3)
     plain, traced = ConservativeScheme(mesh), TracedScheme(ConservativeScheme(mesh), 200)
     V = rossby_haurwitz(plain.model, 4)
@@ -301,7 +301,7 @@ def test_traced_scheme() -> None:
     assert tracers_of(two).time == one.time
     assert (np.diff(tracers_of(two).times) >= 0).all()
     assert 0 == tracers_of(two).times[0] < tracers_of(two).times[-1] <= one.time
-    # The color is where the fluid was at the start: so are the tracers, but for what the mesh cannot resolve.
+    # The color is the initial position of the fluid, and of the tracers, up to the resolution of the mesh.
     cloud = traced.cloud(two)
     was = Tracer(mesh).positions(Tracer(mesh).seed(200))
     assert np.linalg.norm(cloud["color"] - was, axis=1).max() < 0.01

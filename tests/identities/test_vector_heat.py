@@ -16,7 +16,7 @@ CONNECTIONS: tuple[Connection, ...] = ("normals", "intrinsic")
 
 
 def by_large_system(mesh: TriangleMesh, t: float, source: int, vector: np.ndarray) -> np.ndarray:
-    """(M + tC) Y = Y0 as it stands in the design, 3n x 3n."""
+    """Solve (M + tC) Y = Y0, 3n × 3n."""
     A = sp.diags_array(np.repeat(mesh.vertex_areas, 3)) + t * connection_stiffness(mesh)
     Y0 = np.zeros((mesh.n_vertices, 3))
     Y0[source] = vector
@@ -36,7 +36,7 @@ def check_large_system(mesh: TriangleMesh, time: str) -> None:
 @pytest.mark.parametrize("time", ["0.01", "sqrt-h", "100"])
 @pytest.mark.parametrize("name", ["crumpled_sphere", "crumpled_torus", "grid", "strip"])
 def test_diffusion_is_the_large_system(name: str, time: str) -> None:
-    """The complex system gives the 3n x 3n answer, tangent to rounding."""
+    """The complex system gives the solution of the 3n × 3n system, tangent to rounding."""
     check_large_system(zoo_mesh(name), time)
 
 
@@ -44,14 +44,14 @@ def test_diffusion_is_the_large_system(name: str, time: str) -> None:
 @pytest.mark.parametrize("time", ["0.01", "sqrt-h", "100"])
 @pytest.mark.parametrize("name", ["moomoo.off", "spherers.off", "torus5k_surface.off", "spot.obj"])
 def test_diffusion_on_real_meshes(name: str, time: str) -> None:
-    """The same on real meshes."""
+    """The same holds on real meshes."""
     from geomhw.io import read_mesh
 
     check_large_system(read_mesh(reference(f"meshes/closed/{name}")), time)
 
 
 def test_order_of_sources_does_not_matter() -> None:
-    """Sources with their vectors in another order give the same field."""
+    """The field does not depend on the order of sources."""
     mesh = zoo_mesh("torus")
     v, w = tangent_at(mesh, 40, 10), 2 * tangent_at(mesh, 7, 200)
     solver = VectorHeat(mesh)
@@ -62,7 +62,7 @@ def test_order_of_sources_does_not_matter() -> None:
 @pytest.mark.parametrize("connection", CONNECTIONS)
 @pytest.mark.parametrize("factor", [1e-6, 1e6])
 def test_scaling_and_turning(connection: Connection, factor: float) -> None:
-    """Transport turns with the mesh and does not feel its scale."""
+    """Transport is invariant under scaling, and rotates with the mesh."""
     mesh = zoo_mesh("crumpled_torus")
     turn = np.array([[0.0, 0, 1], [1, 0, 0], [0, 1, 0]])
     vector = tangent_at(mesh, 3, 50)
@@ -73,7 +73,7 @@ def test_scaling_and_turning(connection: Connection, factor: float) -> None:
 
 
 def test_unreachable_is_zero() -> None:
-    """Another component, and a vertex of no face, get no vector; the report counts the former."""
+    """Unreachable vertices have zero vectors; the report counts those with faces."""
     result = VectorHeat(zoo_mesh("two_spheres")).from_vertices([0], [tangent_at(zoo_mesh("two_spheres"), 0, 0)])
     assert not result["transported"][162:].any()
     assert not result["diffused"][162:].any()
@@ -83,7 +83,7 @@ def test_unreachable_is_zero() -> None:
 
 @pytest.mark.parametrize("name", ["sphere", "torus"])
 def test_robust_on_a_delaunay_mesh(name: str) -> None:
-    """Where there is nothing to flip nor to mend, the robust answer differs by rounding."""
+    """On a Delaunay mesh, `robust` changes the field by rounding only."""
     mesh = zoo_mesh(name)
     vector = tangent_at(mesh, 5, 20)
     plain, robust = (VectorHeat(mesh, "h2", robust=r).from_vertices([5], [vector]) for r in (False, True))
@@ -92,7 +92,7 @@ def test_robust_on_a_delaunay_mesh(name: str) -> None:
 
 
 def test_same_source_and_vector_twice() -> None:
-    """Said twice, it counts once."""
+    """A repeated source with its vector counts once."""
     mesh = zoo_mesh("grid")
     once = VectorHeat(mesh).from_vertices([4], [[1, 2, 0]])["transported"]
     np.testing.assert_array_equal(VectorHeat(mesh).from_vertices([4, 4], [[1, 2, 0], [1, 2, 0]])["transported"], once)

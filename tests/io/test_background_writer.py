@@ -14,7 +14,7 @@ from geomhw_cli.runtime.background_writer import BackgroundWriter
 
 
 def test_in_order() -> None:
-    """One after the other, all of them done on leaving."""
+    """Pieces are done in order, and all of them when the block ends."""
     done: list[int] = []
     with BackgroundWriter() as behind:
         for k in range(50):
@@ -23,7 +23,7 @@ def test_in_order() -> None:
 
 
 def test_the_caller_goes_on() -> None:
-    """A piece that waits for what the caller does after handing it over."""
+    """The caller continues while a piece is written."""
     gate, passed = threading.Event(), []
     with BackgroundWriter() as behind:
         behind(lambda: passed.append(gate.wait(10)))
@@ -33,11 +33,11 @@ def test_the_caller_goes_on() -> None:
 
 
 class Frame:
-    """Something that is large."""
+    """A large object."""
 
 
 def test_no_more_than_one_is_waited_for() -> None:
-    """Of what is handed over to a slow writer, the one at hand is alive, and at most the one just done."""
+    """At most two pieces are alive: the one being written, and the one just done."""
     alive: weakref.WeakSet[Frame] = weakref.WeakSet()
     most = 0
     with BackgroundWriter() as behind:
@@ -55,7 +55,7 @@ def fail() -> None:
 
 
 def test_an_error_is_raised_at_the_next_piece() -> None:
-    """And nothing is done after it."""
+    """An error is raised at the next piece, and nothing is done after it."""
     done: list[int] = []
     with BackgroundWriter() as behind:
         behind(partial(done.append, 1))
@@ -68,7 +68,7 @@ def test_an_error_is_raised_at_the_next_piece() -> None:
 
 
 def test_an_error_is_raised_on_leaving() -> None:
-    """Of the last piece, which no other follows; the caller's own error is the one to tell."""
+    """The error of the last piece is raised at the end, unless the caller raises its own."""
     with pytest.raises(FormatError, match="no room"), BackgroundWriter() as behind:
         behind(fail)
 
@@ -82,7 +82,7 @@ def test_an_error_is_raised_on_leaving() -> None:
 
 
 def test_an_interrupt_waits_for_the_piece_at_hand() -> None:
-    """Also if it comes again while waiting."""
+    """An interrupt waits for the current piece, also when it is repeated."""
     done: list[str] = []
 
     def slow() -> None:

@@ -38,7 +38,7 @@ pytestmark = pytest.mark.usefixtures("folder")
 
 @pytest.mark.parametrize("name", ZOO)
 def test_same_in_every_format(name):
-    """What is written in four formats is equal to the bit between any two of them."""
+    """Files of one result in four formats are pairwise equal, to the last bit."""
     files = [f"m.{extension}" for extension in ("vtk", "vtp", "vtu", "ply")]
     write(arrays_on(zoo_mesh(name)), files)
     for a in files:
@@ -49,7 +49,7 @@ def test_same_in_every_format(name):
 
 
 def test_same_shape_in_every_format():
-    """Bare meshes as OFF, OBJ, STL and PLY: STL by corners and in its own precision, the others to the bit."""
+    """Meshes as OFF, OBJ and PLY are equal to the last bit; STL is compared by corners, in single precision."""
     save_off(BALL, "m.off")
     corners = [f"f {a} {b} {c}" for a, b, c in (BALL.faces + 1).tolist()]
     Path("m.obj").write_text("\n".join([*(f"v {x!r} {y!r} {z!r}" for x, y, z in BALL.vertices.tolist()), *corners]))
@@ -64,7 +64,7 @@ def test_same_shape_in_every_format():
 
 
 def test_planted_in_a_mesh():
-    """Each array in turn, a position and a face: found by name, place, index, size and both values."""
+    """One changed value is found with name, location, index, size and both values."""
     result = arrays_on(BALL)
     write(result, "a.vtp")
     for name, location, index in (("reach", "vertex", (7,)), ("wind", "vertex", (9, 2)), ("gale", "face", (300, 1))):
@@ -88,7 +88,7 @@ def test_planted_in_a_mesh():
 
 
 def test_positions_have_the_scale_of_the_mesh():
-    """A vertex that is off by 1e-5 of the extent is found however far away the mesh lies."""
+    """The tolerance of positions is relative to the extent, at any distance from the origin."""
     for shift in (0.0, 1e6):
         vertices = BALL.vertices + np.array([shift, 0, 0])
         moved = vertices.copy()
@@ -98,7 +98,7 @@ def test_positions_have_the_scale_of_the_mesh():
 
 
 def test_missing_and_ignored():
-    """Arrays that one side lacks are named with the side; names and patterns leave out, also by --ignore."""
+    """Arrays that one side lacks are named; patterns leave arrays out."""
     result = arrays_on(BALL)
     write(result, "a.vtk")
     write(replace(result, fields=[*result.fields[1:], Field("new", "vertex", np.ones(162))]), "b.vtk")
@@ -110,7 +110,7 @@ def test_missing_and_ignored():
 
 
 def test_other_sizes_are_one_line():
-    """Other numbers of vertices and faces, and none of the arrays on them; no pattern hides that."""
+    """Different numbers of vertices and faces give one line each, which no pattern hides."""
     write(arrays_on(BALL), "a.vtp")
     other = arrays_on(icosphere(1))
     write(other, "b.vtp")
@@ -122,7 +122,7 @@ def test_other_sizes_are_one_line():
 
 
 def test_single_precision_is_noticed(tmp_path):
-    """Arrays that a file holds as floats have the tolerance of floats, the others of doubles; info says which."""
+    """Single-precision arrays have their own tolerance; ``info`` names them."""
     a = pyvista.PolyData.from_regular_faces(BALL.vertices, BALL.faces)
     for name in ("u", "v"):
         a.point_data[name] = BALL.vertices[:, 0]
@@ -154,7 +154,7 @@ def save_series(name: str, frames: list[tuple[float, Result]]) -> None:
 
 
 def test_series():
-    """The worst of all frames, one line an array; times; other lengths; what is a second part is passed over."""
+    """A series gives the worst frame of each array; times and lengths are compared."""
     result = arrays_on(BALL)
     frames = [(0.1 * k, result) for k in range(4)]
     save_series("a.pvd", frames)
@@ -174,7 +174,7 @@ def test_series():
 
 
 def test_series_with_second_parts():
-    """Files that a time step has beside its mesh are not compared."""
+    """Second parts of a time step are not compared."""
     frames = [(0.0, arrays_on(BALL)), (0.5, arrays_on(BALL))]
     save_series("a.pvd", frames)
     save_series("b.pvd", frames)
@@ -188,7 +188,7 @@ def test_series_with_second_parts():
 
 
 def test_tables():
-    """Columns by name in any order; whole numbers exact, NaN equal, texts equal; missing columns named."""
+    """Columns are compared by name: integers exactly, NaN equal, texts equal."""
     rows = [{"step": k, "energy": 2.0 + 1e-3 * k, "best": float("nan"), "top": float("inf")} for k in range(6)]
     write_csv("a.csv", rows)
     write_csv("b.csv", [dict(reversed(row.items())) for row in rows])
@@ -221,7 +221,7 @@ REPORT = {
 
 
 def document(**changes) -> list[tuple[str, str]]:
-    """What is different in the report with changes at paths: name and note or values."""
+    """Return what differs in the report after changes at the given paths."""
     other = json.loads(json.dumps(REPORT))
     for path, value in changes.items():
         *way, last = path.split("__")
@@ -235,7 +235,7 @@ def document(**changes) -> list[tuple[str, str]]:
 
 
 def test_documents():
-    """Values by path, numbers by tolerance, all else equal; what differs from run to run is left out."""
+    """Values are compared by path; entries that vary from run to run are left out."""
     assert document() == []
     assert document(seconds={"read": 7}, files=[], input__path="/there/moo.off", input__file="x.off") == []
     assert document(answers__0__distance=3.5 + 1e-12) == []
@@ -253,7 +253,7 @@ def test_documents():
 
 
 def test_documents_whole():
-    """With ``everything`` also what differs from run to run, less what is ignored by name."""
+    """With ``everything`` all entries are compared, except those ignored by name."""
     document(seconds={"read": 7}, files=[], input__path="/there/moo.off")
     found = compare_files("a.json", "b.json", ignored=Ignored(["files"]), everything=True).different
     assert [finding.name for finding in found] == ["input.path", "seconds.read"]
@@ -274,7 +274,7 @@ def test_documents_whole():
     ],
 )
 def test_ignored_paths(patterns, left):
-    """By its own name, by its path, by what it is inside of; brackets stand for themselves."""
+    """Patterns match names, paths and enclosing paths; brackets are literal."""
     one, other = ({"a": {"u": x}, "b": [{"u": x}, {"u": x}], "c": 1} for x in (1.0, 2.0))
     findings = compare_documents(one, other, DEFAULT, Ignored(patterns))
     assert [f.name for f in findings if not f.same] == left
@@ -282,7 +282,7 @@ def test_ignored_paths(patterns, left):
 
 @pytest.mark.parametrize("operator", [stiffness, complex_connection_stiffness])
 def test_matrices(operator):
-    """In both formats equal to the bit; a planted entry by row and column; entries not stored are zero."""
+    """Matrices in both formats are equal to the last bit; a changed entry is found."""
     matrix = operator(BALL)
     write_matrix("a.npz", matrix)
     write_matrix("a.mtx", matrix)
@@ -303,7 +303,7 @@ def test_matrices(operator):
 
 
 def test_entries_that_are_zero():
-    """An explicit zero is one that is not stored; a NaN is not."""
+    """An explicit zero equals a missing entry; NaN does not."""
     plain = sp.coo_array(([1.0], ([0], [1])), shape=(2, 3))
     stored = sp.coo_array(([1.0, 0.0], ([0, 1], [1, 2])), shape=(2, 3))
     assert compare_sparse("S", plain, stored, Tolerance(0.0)).note == "1 entries in A, 2 in B"
@@ -313,7 +313,7 @@ def test_entries_that_are_zero():
 
 
 def test_numpy_files():
-    """.npy and .npz with named arrays, text among them."""
+    """Arrays of .npy and .npz files are compared by name, text included."""
     u = np.random.default_rng(2).normal(size=(5, 4, 3))
     v = u.copy()
     v[2, 3, 1] += 1e-4

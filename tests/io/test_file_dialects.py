@@ -12,7 +12,7 @@ from support.squares import OBJ, OFF, PLY, SQUARE, STL
 pytestmark = pytest.mark.usefixtures("folder")
 
 
-#: File name and contents that are a unit square.
+#: File names, and contents that give a unit square.
 READ: dict[str, tuple[str, bytes]] = {
     "off": ("m.off", OFF.encode()),
     "crlf": ("m.off", OFF.replace("\n", "\r\n").encode()),
@@ -39,7 +39,7 @@ READ: dict[str, tuple[str, bytes]] = {
 
 @pytest.mark.parametrize("name", READ)
 def test_read(name: str) -> None:
-    """The square is the square, however it is written: from corner (1, 1) to (0, 0) it is √2."""
+    """The distance between opposite corners is √2, in each dialect."""
     file, contents = READ[name]
     Path(file).write_bytes(contents)
     answer = run("geodesic", file, "--refine", "-o", "out.vtu")

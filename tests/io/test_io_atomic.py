@@ -18,6 +18,7 @@ NAMES = ["a.vtk", "b.vtp", "c.vtu", "d.ply"]
 
 
 def test_writing_twice_gives_the_same_bytes_and_nothing_else(tmp_path):
+    """Writing twice gives the same bytes, and no other file."""
     write(RESULT, [tmp_path / name for name in NAMES])
     first = contents(tmp_path)
     assert sorted(first) == NAMES
@@ -27,6 +28,7 @@ def test_writing_twice_gives_the_same_bytes_and_nothing_else(tmp_path):
 
 @pytest.mark.parametrize("mask", [0o022, 0o077, 0o002])
 def test_permissions_are_those_of_the_umask(tmp_path, mask):
+    """Permissions follow the umask."""
     before = os.umask(mask)
     try:
         write(RESULT, tmp_path / "a.vtp")
@@ -36,6 +38,8 @@ def test_permissions_are_those_of_the_umask(tmp_path, mask):
 
 
 def test_without_hard_links_the_old_files_are_copied(tmp_path, monkeypatch):
+    """Where hard links fail, the former files are copied."""
+
     def refuse(*_):
         raise OSError(errno.EPERM, "no links here")
 
@@ -47,6 +51,7 @@ def test_without_hard_links_the_old_files_are_copied(tmp_path, monkeypatch):
 
 
 def test_a_link_stays_a_link(tmp_path):
+    """A link stays a link."""
     (tmp_path / "far").mkdir()
     (tmp_path / "far" / "real.vtp").write_text("old")
     (tmp_path / "link.vtp").symlink_to("far/real.vtp")
@@ -56,6 +61,7 @@ def test_a_link_stays_a_link(tmp_path):
 
 
 def test_good_outputs_pass_the_check(tmp_path, monkeypatch):
+    """Valid outputs pass the check, which writes nothing."""
     (tmp_path / "in.off").write_text("OFF")
     (tmp_path / "a.VTK").write_text("old")
     check_outputs([tmp_path / "a.VTK", tmp_path / "b.ply"], [tmp_path / "in.off", tmp_path / "missing.off"])
@@ -66,6 +72,7 @@ def test_good_outputs_pass_the_check(tmp_path, monkeypatch):
 
 
 def test_png_bytes_are_the_same_every_time(tmp_path):
+    """A picture has the same bytes each time, and reads back exactly."""
     from PIL import Image
 
     image = np.random.default_rng(0).integers(0, 256, (4, 7, 3), dtype=np.uint8)

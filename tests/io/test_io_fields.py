@@ -1,4 +1,6 @@
-"""Fields from files: where they belong, and why one is refused."""
+"""Fields from files: the file, the array, and whether it belongs to vertices or faces."""
+
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -6,24 +8,14 @@ import pytest
 from geomhw.io import read_field, write
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.results import Field, Result
-
-# 4 vertices and 2 faces; and 3 of each.
-MESH = TriangleMesh([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
-EVEN = TriangleMesh([[0, 0, 0], [1, 0, 0], [1, 1, 0]], [[0, 1, 2], [0, 2, 1], [1, 0, 2]])
-U, W = np.array([0.5, 1, 2, 3]), np.array([[1.0, 2, 3], [4, 5, 6]])
+from support.field_files import EVEN, MESH, U, W, save_fields
 
 
-@pytest.fixture
-def here(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    fields = [Field("u", "vertex", U), Field("w", "face", W), Field("a:b", "vertex", U + 1), Field("dt", "mesh", U)]
-    for name in ["moo.vtp", "moo.vtu", "moo.vtk", "moo.ply"]:
-        write(Result(MESH, fields), name)
-    np.save("u.npy", U)
-    np.savez("all.npz", u=U, w=W, flag=np.array([True, False]), half=np.arange(4, dtype=np.float16))
-    rows = "\n".join(f"{a},{b},{c},{d}" for a, (b, c, d) in zip(U, np.arange(12).reshape(4, 3), strict=True))
-    (tmp_path / "t.csv").write_text(f'u,x, y ,"z"\n{rows}\n')
-    return tmp_path
+@pytest.fixture(autouse=True)
+def here(folder: Path) -> Path:
+    """Each test has an own working folder with field files of every format."""
+    save_fields()
+    return folder
 
 
 @pytest.mark.parametrize(
@@ -44,12 +36,14 @@ def here(tmp_path, monkeypatch):
     ],
 )
 def test_where_fields_come_from(here, spec, name, location, values):
+    """Each spec gives the field with its name, location and values."""
     field = read_field(spec, MESH)
     assert (field.name, field.location) == (name, location)
     np.testing.assert_array_equal(field.values, values)
 
 
 def test_a_colon_in_the_path(here):
+    """Colons in paths and names are accepted."""
     (here / "c:").mkdir()
     np.savez("c:/all.npz", u=U)
     assert read_field("c:/all.npz:u", MESH).location == "vertex"
@@ -61,6 +55,7 @@ def test_a_colon_in_the_path(here):
 
 @pytest.mark.parametrize(("stored", "expected"), [("vertex", "vertex"), ("face", "face"), (None, "face")])
 def test_as_many_vertices_as_faces(here, stored, expected):
+    """With as many vertices as faces, the stored location decides; plain arrays belong to faces."""
     values = np.arange(3.0)
     np.save("even.npy", values)
     if stored:
@@ -69,6 +64,7 @@ def test_as_many_vertices_as_faces(here, stored, expected):
 
 
 def test_of_two_arrays_of_a_name_the_one_that_fits(here):
+    """Of two arrays of one name, the one with a fitting length is read."""
     write(Result(MESH, [Field("u", "vertex", U), Field("u", "face", U[:2])]), "both.vtp")
     assert read_field("both.vtp:u", MESH).location == "vertex"
     only_faces = TriangleMesh([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [5, 5, 5]], MESH.faces)

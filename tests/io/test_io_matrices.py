@@ -14,7 +14,7 @@ from geomhw.io.artifacts.numpy_file import read_numpy
 
 @pytest.mark.parametrize("packing", [np.savez, np.savez_compressed])
 def test_arrays_of_numpy(tmp_path: Path, packing: object) -> None:
-    """By rows and by columns, of any number type, of no entries, packed or not."""
+    """Arrays of any order, type and size are read, compressed or not."""
     made = {
         "u": np.arange(6.0).reshape(2, 3),
         "by columns": np.asfortranarray(np.arange(6, dtype=">i4").reshape(2, 3)),
@@ -40,7 +40,7 @@ def test_arrays_of_numpy(tmp_path: Path, packing: object) -> None:
     ],
 )
 def test_market_as_scipy_reads_it(tmp_path: Path, field: str, symmetry: str) -> None:
-    """Every kind of Matrix Market file, beside scipy's reader."""
+    """Every kind of Matrix Market file is read as scipy reads it."""
     values = {"real": "0.5 -1e-3 7", "integer": "5 -1 7", "complex": "1;2 0;-1 3;0", "pattern": ". . ."}[field].split()
     places = ["2 1", "3 1", "3 2"] if symmetry == "skew-symmetric" else ["1 1", "2 1", "3 2"]
     if field == "complex" and symmetry == "hermitian":
@@ -54,7 +54,7 @@ def test_market_as_scipy_reads_it(tmp_path: Path, field: str, symmetry: str) -> 
 
 
 def test_market_with_all_entries(tmp_path: Path) -> None:
-    """Column by column."""
+    """Dense Matrix Market files are read column by column."""
     made = np.arange(6.0).reshape(2, 3) / 7
     scipy.io.mmwrite(tmp_path / "a.mtx", made, precision=17)
     np.testing.assert_array_equal(read_market((tmp_path / "a.mtx").read_bytes()), made)

@@ -11,7 +11,7 @@ from support.stl_files import POINTS
 
 
 def test_modules_of_the_users_folder_are_none_of_ours(tmp_path, monkeypatch):
-    """A file there that is named as a module is not run."""
+    """A file in the user's folder with the name of a module is not run."""
     monkeypatch.chdir(tmp_path)
     for name in ("meshio", "numpy", "json", "geomhw"):
         (tmp_path / f"{name}.py").write_text("raise SystemExit('taken')")
@@ -21,6 +21,7 @@ def test_modules_of_the_users_folder_are_none_of_ours(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("extension", [".msh", ".inp", ".bdf", ".vol"])
 def test_through_meshio_in_file_order(tmp_path, capfd, extension):
+    """Faces keep the order of the file, and other cells are reported as ignored."""
     cells = [("triangle", [[0, 1, 2]]), ("line", [[0, 1]]), ("triangle", [[0, 2, 3], [3, 1, 0]])]
     if extension == ".inp":
         del cells[1]
@@ -68,6 +69,7 @@ $EndNodeData
 
 
 def test_arrays_and_quads_through_meshio(tmp_path):
+    """Arrays are read; quads are split, and their values repeated."""
     (tmp_path / "moo.msh").write_text(GMSH)
     result = read(tmp_path / "moo.msh")
     assert result.mesh.faces.tolist() == [[0, 1, 2], [0, 2, 3], [0, 1, 2]]
@@ -76,7 +78,7 @@ def test_arrays_and_quads_through_meshio(tmp_path):
 
 
 def test_arrays_of_faces_through_meshio():
-    """Blocks of faces go one after the other; an array that some block lacks is none."""
+    """Blocks of faces are joined; an array that some block lacks is dropped."""
     found = {
         "points": POINTS,
         "kinds": ["vertex", "quad", "triangle"],
@@ -95,11 +97,13 @@ def test_arrays_of_faces_through_meshio():
 
 
 def test_flat_points_get_a_z(tmp_path):
+    """Points with two coordinates get z = 0."""
     meshio.Mesh(POINTS[:, :2], [("triangle", [[0, 1, 2]])]).write(tmp_path / "moo.mesh")
     np.testing.assert_array_equal(read_mesh(tmp_path / "moo.mesh").vertices, POINTS * [1, 1, 0])
 
 
 def test_reading_says_nothing(tmp_path, capfd):
+    """Reading prints nothing, on success and on failure."""
     (tmp_path / "moo.off").write_text("OFF\n4 1 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n4 0 1 2 3\n")
     with pytest.raises(FormatError):
         read(tmp_path / "none.off")

@@ -1,4 +1,4 @@
-"""OBJ files: dialects of one square, relative indices, and what is wrong with its line."""
+"""OBJ files: every dialect gives the same square."""
 
 import numpy as np
 import pytest
@@ -10,6 +10,7 @@ from support.reference import needs_reference, reference
 
 @pytest.mark.parametrize("dialect", SAME)
 def test_dialects_give_the_same_mesh(tmp_path, dialect):
+    """Each dialect gives the vertices and faces of the square."""
     result = read(load(tmp_path, SAME[dialect]))
     np.testing.assert_array_equal(result.mesh.vertices, SQUARE)
     np.testing.assert_array_equal(result.mesh.faces, [[0, 1, 2], [0, 2, 3]])
@@ -22,5 +23,6 @@ def test_dialects_give_the_same_mesh(tmp_path, dialect):
     ("name", "n", "m"), [("hostile/stanford-bunny.obj", 35947, 69451), ("hostile/moebius.obj", 280, 448)]
 )
 def test_reference_meshes(name, n, m):
+    """Real files give the known numbers of vertices and faces."""
     mesh = read_mesh(reference(f"meshes/{name}"))
     assert (mesh.n_vertices, mesh.n_faces) == (n, m)

@@ -1,4 +1,4 @@
-"""PLY: every layout gives the same square; what was written comes back; broken files say where they break."""
+"""PLY files: any layout is read, and written files read back exactly."""
 
 import numpy as np
 import pytest
@@ -12,6 +12,7 @@ from support.ply_files import BODIES, HEADER, POINTS, SQUARE, load, result_with
 @pytest.mark.parametrize("form", BODIES)
 @pytest.mark.parametrize("newline", ["\n", "\r\n"])
 def test_any_layout(tmp_path, form, newline):
+    """Properties in any order, as text and as binary of both byte orders, give the same mesh and fields."""
     header = HEADER.format(form=form).replace("\n", newline).encode()
     result = read(load(tmp_path, header + BODIES[form]))
     np.testing.assert_array_equal(result.mesh.vertices, SQUARE.vertices)
@@ -36,6 +37,7 @@ def test_any_layout(tmp_path, form, newline):
     ],
 )
 def test_lists_of_mixed_length_in_every_row(tmp_path, rows, faces):
+    """Lists of varying length are read in every row."""
     head = "ply\nformat ascii 1.0\nelement vertex 5\nproperty float x\nproperty float y\nproperty float z\n"
     head += "element face 3\nproperty list uchar int vertex_index\nproperty list uchar float texcoord\nend_header\n"
     body = "".join(f"{x} {y} {z}\n" for x, y, z in POINTS) + rows
@@ -54,6 +56,7 @@ FIELDS = [
 
 
 def test_written_comes_back_to_the_bit(tmp_path):
+    """Mesh and fields read back to the last bit, with their types."""
     path = tmp_path / "moo.ply"
     write(result_with(*FIELDS), path)
     again = read(path)
@@ -67,6 +70,7 @@ def test_written_comes_back_to_the_bit(tmp_path):
 
 
 def test_other_programs_open_it(tmp_path):
+    """pyvista reads the same mesh."""
     path = tmp_path / "moo.ply"
     write(result_with(*FIELDS), path)
     opened = pyvista.read(path)
@@ -75,6 +79,7 @@ def test_other_programs_open_it(tmp_path):
 
 
 def test_header_of_what_is_written(tmp_path):
+    """The header has the expected lines."""
     path = tmp_path / "moo.ply"
     pair = Field("a b", "vertex", np.ones((5, 2)))
     big = Field("big", "face", np.array([0, 1, 2**40]))

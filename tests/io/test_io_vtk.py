@@ -1,4 +1,4 @@
-"""VTK files: what is written comes back, and other programs read the same; what VTK writes is read here."""
+"""VTK files: written files read back exactly, here and in VTK; files that VTK writes are read."""
 
 import base64
 import re
@@ -30,6 +30,7 @@ def assert_same(result: Result, expected: Result = RESULT) -> None:
 
 @pytest.mark.parametrize("extension", ALL)
 def test_written_comes_back_to_the_bit(tmp_path, extension):
+    """Mesh and fields read back to the last bit."""
     path = tmp_path / f"moo.{extension}"
     write(RESULT, path)
     assert_same(read(path))
@@ -38,6 +39,7 @@ def test_written_comes_back_to_the_bit(tmp_path, extension):
 
 @pytest.mark.parametrize("extension", ALL)
 def test_vtk_reads_what_is_written(tmp_path, extension):
+    """VTK reads the same mesh and fields, with their types."""
     path = tmp_path / f"moo.{extension}"
     write(RESULT, path)
     opened = pyvista.read(path)
@@ -54,6 +56,7 @@ def test_vtk_reads_what_is_written(tmp_path, extension):
 
 
 def test_meshio_reads_the_vtu(tmp_path):
+    """meshio reads the same mesh and fields."""
     import meshio
 
     write(RESULT, tmp_path / "moo.vtu")
@@ -67,6 +70,7 @@ def test_meshio_reads_the_vtu(tmp_path):
 
 
 def test_legacy_header_is_the_old_one(tmp_path):
+    """The legacy header is that of version 3.0."""
     write(RESULT, tmp_path / "moo.vtk")
     assert (
         (tmp_path / "moo.vtk")
@@ -78,6 +82,7 @@ def test_legacy_header_is_the_old_one(tmp_path):
 @pytest.mark.parametrize("extension", ALL)
 @pytest.mark.parametrize("name", ["two words", 'a<b> & "c"', "50 %", "größe", "x=y'z"])
 def test_names_survive(tmp_path, extension, name):
+    """Names with spaces, markup and accents are kept."""
     path = tmp_path / f"moo.{extension}"
     names = [name, f"{name}, again"]
     fields = [Field(names[0], "vertex", np.ones(4)), Field(names[1], "vertex", np.ones(4))]
@@ -88,6 +93,7 @@ def test_names_survive(tmp_path, extension, name):
 
 @pytest.mark.parametrize("extension", ALL)
 def test_a_control_character_in_a_name_breaks_no_file(tmp_path, extension):
+    """A control character in a name gives a valid file."""
     path = tmp_path / f"moo.{extension}"
     write(Result(MESH, [Field("a\x01\nb", "vertex", np.ones(4))]), path)
     assert len(read(path).fields) == 1
@@ -96,6 +102,7 @@ def test_a_control_character_in_a_name_breaks_no_file(tmp_path, extension):
 
 @pytest.mark.parametrize("extension", ALL)
 def test_bool_half_and_scalar_values(tmp_path, extension):
+    """Booleans, half precision, scalars and more than two dimensions are written and read."""
     path = tmp_path / f"moo.{extension}"
     fields = [
         Field("b", "vertex", np.array([True, False, True, True])),
@@ -116,6 +123,7 @@ def test_bool_half_and_scalar_values(tmp_path, extension):
 @pytest.mark.parametrize("order", ["LittleEndian", "BigEndian"])
 @pytest.mark.parametrize("header", ["UInt32", "UInt64"])
 def test_xml_that_vtk_writes(tmp_path, extension, mode, compressor, order, header):
+    """XML files of VTK in every mode, compression and byte order are read to the last bit."""
     path = tmp_path / f"moo.{extension}"
     writer = vtkXMLPolyDataWriter() if extension == "vtp" else vtkXMLUnstructuredGridWriter()
     writer.SetInputData(as_vtk(extension))
@@ -130,6 +138,7 @@ def test_xml_that_vtk_writes(tmp_path, extension, mode, compressor, order, heade
 
 
 def test_base64_with_a_head_of_its_own(tmp_path):
+    """Base64 data with a separate header is read."""
     path = tmp_path / "moo.vtp"
     write(RESULT, path)
 
@@ -145,6 +154,7 @@ def test_base64_with_a_head_of_its_own(tmp_path):
 @pytest.mark.parametrize("version", [42, 51])
 @pytest.mark.parametrize("mode", ["ASCII", "Binary"])
 def test_legacy_that_vtk_writes(tmp_path, writer_type, version, mode):
+    """Legacy files of VTK in both versions and modes are read."""
     path = tmp_path / "moo.vtk"
     writer = writer_type()
     writer.SetInputData(as_vtk("vtp" if writer_type is vtkPolyDataWriter else "vtu"))
@@ -163,6 +173,7 @@ def test_legacy_that_vtk_writes(tmp_path, writer_type, version, mode):
 
 @pytest.mark.parametrize("extension", ALL)
 def test_cells_of_several_kinds_in_file_order(tmp_path, extension):
+    """Cells of several kinds keep the order of the file; lines and vertices are ignored."""
     points = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 2, 0.0]])
     mixed = pyvista.PolyData(points, faces=[3, 0, 1, 2, 4, 0, 2, 3, 4], lines=[2, 0, 1], verts=[1, 3])
     mixed.cell_data["c"] = np.arange(4)
@@ -176,6 +187,7 @@ def test_cells_of_several_kinds_in_file_order(tmp_path, extension):
 
 
 def test_legacy_attributes_by_hand(tmp_path):
+    """Legacy attributes of several kinds are read."""
     path = tmp_path / "moo.vtk"
     path.write_text(BY_HAND)
     result = read(path)
@@ -189,6 +201,7 @@ def test_legacy_attributes_by_hand(tmp_path):
 
 
 def test_an_array_named_as_a_section_is(tmp_path):
+    """An array named METADATA is read."""
     made = Result(MESH, [Field("METADATA", place, np.ones(4)) for place in ("mesh", "vertex", "face")])
     made = Result(MESH, [Field("first", "vertex", np.ones(4)), *made.fields])
     write(made, tmp_path / "moo.vtk")
@@ -196,6 +209,7 @@ def test_an_array_named_as_a_section_is(tmp_path):
 
 
 def test_legacy_metadata_are_passed_over(tmp_path):
+    """Legacy metadata is skipped."""
     path = tmp_path / "moo.vtk"
     metadata = "METADATA\nCOMPONENT_NAMES\nX\nY\nZ\nINFORMATION 0\n\n"
     field = f"FIELD FieldData 2\na 1 2 int\n1 2\n{metadata}b 1 1 int\n3\n{metadata}"

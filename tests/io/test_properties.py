@@ -1,4 +1,4 @@
-"""Hypothesis makes up meshes, arrays, tables and series; each file reads back to the last bit."""
+"""Meshes, arrays, tables and series of hypothesis read back to the last bit."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -24,8 +24,6 @@ from support.program import save_off
 
 BASES = [ZOO["tetrahedron"](), icosphere(1), torus(7, 5), grid(4, 3), strip(5), annulus()]
 
-# -- files ------------------------------------------------------------------------------------------------------------
-
 TYPES = ["<f8", "<f4", "i1", "u1", "<i2", "<u2", "<i4", "<u4", "<i8", "<u8"]
 coordinates = st.floats(allow_nan=False, allow_infinity=False)
 names = st.text(st.characters(blacklist_categories=("Cs", "Cc", "Zl", "Zp")), min_size=1, max_size=9)
@@ -33,7 +31,7 @@ names = st.text(st.characters(blacklist_categories=("Cs", "Cc", "Zl", "Zp")), mi
 
 @st.composite
 def results(draw: st.DrawFn, types: Sequence[str] = TYPES, texts: st.SearchStrategy[str] = names) -> Result:
-    """Any faces over any finite points, with arrays of any type, one to four components wide, on all places."""
+    """Any faces over finite points, with arrays of any type and one to four components at all locations."""
     n = draw(st.integers(3, 9))
     points = draw(arrays.arrays(np.float64, (n, 3), elements=coordinates))
     corners = st.lists(st.integers(0, n - 1), min_size=3, max_size=3, unique=True)
@@ -50,7 +48,7 @@ def results(draw: st.DrawFn, types: Sequence[str] = TYPES, texts: st.SearchStrat
 
 
 def assert_same(found: Result, made: Result) -> None:
-    """To the last bit of every number, NaN with NaN; single precision is read as double."""
+    """Check that mesh and fields are equal to the last bit, NaN included."""
     assert found.mesh.vertices.tobytes() == made.mesh.vertices.tobytes()
     np.testing.assert_array_equal(found.mesh.faces, made.mesh.faces)
     there = {(field.name, field.location): np.asarray(field.values) for field in found.fields}
@@ -62,7 +60,7 @@ def assert_same(found: Result, made: Result) -> None:
 @pytest.mark.parametrize("extension", ["vtk", "vtp", "vtu"])
 @given(results())
 def test_vtk_files(tmp_path_factory: pytest.TempPathFactory, extension: str, made: Result) -> None:
-    """All that was written is read."""
+    """Everything written to VTK files is read back."""
     path = tmp_path_factory.mktemp("files") / f"a.{extension}"
     write(made, path)
     assert_same(read(path), made)
@@ -70,7 +68,7 @@ def test_vtk_files(tmp_path_factory: pytest.TempPathFactory, extension: str, mad
 
 @given(results(["<f8", "i1", "u1", "<i2", "<u2", "<i4", "<u4"], st.text("abcdefgh", min_size=1, max_size=5)))
 def test_ply_files(tmp_path_factory: pytest.TempPathFactory, made: Result) -> None:
-    """All but the arrays of the whole mesh; vectors of two and four components become scalars."""
+    """Everything but mesh arrays, and arrays of two or four components, is read back from PLY files."""
     path = tmp_path_factory.mktemp("files") / "a.ply"
     kept = [field for field in made.fields if field.location != "mesh" and np.shape(field.values)[1:] in ((), (3,))]
     made = Result(made.mesh, kept)
@@ -80,7 +78,7 @@ def test_ply_files(tmp_path_factory: pytest.TempPathFactory, made: Result) -> No
 
 @given(results())
 def test_text_files(tmp_path_factory: pytest.TempPathFactory, made: Result) -> None:
-    """Coordinates with the shortest digits that read back as the same number."""
+    """Coordinates written with their shortest digits are read back exactly."""
     folder = tmp_path_factory.mktemp("files")
     mesh = made.mesh
     rows = [f"v {x!r} {y!r} {z!r}\n" for x, y, z in mesh.vertices.tolist()]
@@ -96,7 +94,7 @@ numbers = st.one_of(st.floats(), st.integers(-(10**17), 10**17))
 
 @given(st.lists(st.tuples(numbers, numbers), min_size=1, max_size=9))
 def test_tables(tmp_path_factory: pytest.TempPathFactory, rows: list[tuple[float, float]]) -> None:
-    """Every number, whole or not, NaN and infinities."""
+    """Numbers of tables are read back, with NaN and infinities."""
     path = tmp_path_factory.mktemp("files") / "a.csv"
     write_csv(path, [{"a": a, "b, c": b} for a, b in rows])
     found = read_csv(path)
@@ -107,7 +105,7 @@ def test_tables(tmp_path_factory: pytest.TempPathFactory, rows: list[tuple[float
 @pytest.mark.parametrize("extension", ["npz", "mtx"])
 @given(arrays.arrays(np.float64, st.tuples(st.integers(1, 6), st.integers(1, 6)), elements=coordinates))
 def test_matrices(tmp_path_factory: pytest.TempPathFactory, extension: str, dense: np.ndarray) -> None:
-    """Every entry that is not zero, to the last bit."""
+    """Nonzero entries of matrices are read back exactly."""
     path = tmp_path_factory.mktemp("files") / f"a.{extension}"
     write_matrix(path, sp.csr_array(dense))
     np.testing.assert_array_equal(read_arrays(path)[UNNAMED].toarray(), dense)
@@ -117,7 +115,7 @@ def test_matrices(tmp_path_factory: pytest.TempPathFactory, extension: str, dens
     arrays.arrays(st.sampled_from(TYPES), arrays.array_shapes(max_dims=3, max_side=4)), st.dictionaries(names, numbers)
 )
 def test_states(tmp_path_factory: pytest.TempPathFactory, values: np.ndarray, description: dict[str, float]) -> None:
-    """Arrays and description."""
+    """Arrays and description of a checkpoint are read back."""
     path = tmp_path_factory.mktemp("files") / "a.npz"
     write_checkpoint(path, description, {"values": values})
     told, found = read_checkpoint(path)
@@ -128,7 +126,7 @@ def test_states(tmp_path_factory: pytest.TempPathFactory, values: np.ndarray, de
 
 @given(names.filter(lambda name: "/" not in name and name.strip(" .")), st.lists(coordinates, min_size=1, max_size=4))
 def test_series(tmp_path_factory: pytest.TempPathFactory, name: str, times: list[float]) -> None:
-    """Times to the last bit, and files of any name."""
+    """Times of a series are read back exactly, under any file name."""
     path = tmp_path_factory.mktemp("files") / f"{name}.pvd"
     writer = SeriesWriter(path)
     for time in times:

@@ -1,4 +1,4 @@
-"""Series, films, tables, states and matrices as files: whole or as they were, and read back to the last bit."""
+"""Series, films, tables, states and matrices as files read back exactly."""
 
 import csv
 import json
@@ -24,7 +24,7 @@ from support.series_files import DOUBLES, frame, pictures, points
 
 
 def test_series(tmp_path: Path) -> None:
-    """Frames in order, numbered from 0, both indices agreeing, times to the last bit."""
+    """Frames are numbered in order, both indices agree, and times are exact."""
     writer = SeriesWriter(tmp_path / "a.b.pvd")
     for k, time in enumerate(DOUBLES):
         writer.add(time, frame(k))
@@ -36,21 +36,21 @@ def test_series(tmp_path: Path) -> None:
 
 
 def test_times_of_numpy(tmp_path: Path) -> None:
-    """A numpy number is a time as good as any."""
+    """Times may be numpy numbers."""
     writer = SeriesWriter(tmp_path / "a.pvd")
     writer.add(np.float64(0.1), frame(0))
     assert read_series(writer.path) == [Frame(0.1, "a.00000.vtp")]
 
 
 def test_names_with_markup(tmp_path: Path) -> None:
-    """A name may hold what XML does not like."""
+    """Names with XML markup are escaped."""
     writer = SeriesWriter(tmp_path / 'a & "b" <c>.pvd')
     writer.add(0.0, frame(0))
     assert read_series(writer.path) == writer.frames
 
 
 def test_going_on(tmp_path: Path) -> None:
-    """With the frames of an earlier run given, the next is numbered after them."""
+    """With the frames of an earlier run, numbering continues."""
     first = SeriesWriter(tmp_path / "a.pvd")
     for k in range(3):
         first.add(k, frame(k))
@@ -79,13 +79,13 @@ def test_going_on(tmp_path: Path) -> None:
     ],
 )
 def test_which_files_are_of_a_series(name: str, ours: bool, tmp_path: Path) -> None:
-    """Both indices and all frames that may ever come, in their folder only."""
+    """A series owns its indices and all its possible frames, in its folder only."""
     (tmp_path / "sub").mkdir()
     assert SeriesWriter(tmp_path / "a.pvd").writes(tmp_path / name) is ours
 
 
 def test_points_as_they_were(tmp_path: Path) -> None:
-    """Points without faces come back to the last bit, with the types of their arrays; the same bytes twice."""
+    """Points without faces read back to the last bit, with their types; repeated writes give the same bytes."""
     for name in ("a.vtp", "b.vtp"):
         write_cloud(points(0.1), tmp_path / name)
     assert (tmp_path / "a.vtp").read_bytes() == (tmp_path / "b.vtp").read_bytes()
@@ -101,7 +101,7 @@ def test_points_as_they_were(tmp_path: Path) -> None:
 
 
 def test_series_with_tracers(tmp_path: Path) -> None:
-    """Points as part 1 of each time, files and an index of their own; frames read back are those of the mesh."""
+    """Tracers are part 1 of each time, with files and an index of their own."""
     writer = SeriesWriter(tmp_path / "a.pvd")
     for k, time in enumerate(DOUBLES):
         writer.add(time, frame(k), points(k))
@@ -114,7 +114,7 @@ def test_series_with_tracers(tmp_path: Path) -> None:
 
 
 def test_gif(tmp_path: Path) -> None:
-    """All frames, of that size, in order, with colors to a few levels; endless; the same bytes twice."""
+    """A GIF has all frames in order, with colors to a few levels, loops forever, and is deterministic."""
     for name in ("a.gif", "b.gif"):
         write_gif(tmp_path / name, iter(pictures()), fps=10)
     assert (tmp_path / "a.gif").read_bytes() == (tmp_path / "b.gif").read_bytes()
@@ -126,7 +126,7 @@ def test_gif(tmp_path: Path) -> None:
 
 
 def test_mp4(tmp_path: Path) -> None:
-    """All frames, with odd sides made even, recognizable; the same bytes twice."""
+    """An MP4 has all frames, padded to even sides, and is deterministic."""
     ffmpeg = pytest.importorskip("imageio_ffmpeg")
     for name in ("a.mp4", "b.mp4"):
         write_mp4(tmp_path / name, iter(pictures()))
@@ -144,7 +144,7 @@ def test_mp4(tmp_path: Path) -> None:
 
 
 def test_table_keeps_all_digits(tmp_path: Path) -> None:
-    """Doubles read back to the last bit, Python's and numpy's alike; whole numbers stay whole."""
+    """Doubles read back to the last bit, and integers stay integers."""
     rows = [{"step": k, "x": x, "y": np.float64(x)} for k, x in enumerate(DOUBLES)]
     write_csv(tmp_path / "a.csv", rows)
     with (tmp_path / "a.csv").open(newline="") as stream:
@@ -156,7 +156,7 @@ def test_table_keeps_all_digits(tmp_path: Path) -> None:
 
 
 def test_state_round_trip(tmp_path: Path) -> None:
-    """Description and arrays come back as they were, and equal states give equal bytes, whatever the order of keys."""
+    """Description and arrays read back exactly; equal states give equal bytes."""
     arrays = {"q": np.array(DOUBLES), "c": np.zeros((0, 3)), "k": np.arange(6).reshape(2, 3)}
     write_checkpoint(tmp_path / "a.npz", {"step": 3, "time": 0.1 + 0.2, "run": {"dt": None, "b": "x"}}, arrays)
     write_checkpoint(tmp_path / "b.npz", {"run": {"b": "x", "dt": None}, "time": 0.1 + 0.2, "step": 3}, arrays)
@@ -172,7 +172,7 @@ def test_state_round_trip(tmp_path: Path) -> None:
 @pytest.mark.parametrize("name", ["a.npz", "a.mtx"])
 @pytest.mark.parametrize("kind", [float, complex])
 def test_matrix_round_trip(name: str, kind: type, tmp_path: Path) -> None:
-    """Entries come back to the last bit, however they were stored, and equal matrices give equal bytes."""
+    """Entries read back to the last bit; equal matrices give equal bytes, however they were stored."""
     rng = np.random.default_rng(0)
     dense = np.where(rng.random((7, 5)) < 0.4, rng.normal(size=(7, 5)) * 10.0 ** rng.integers(-300, 300, (7, 5)), 0)
     dense = dense.astype(kind) * (1 if kind is float else 1 - 0.5j)
@@ -188,7 +188,7 @@ def test_matrix_round_trip(name: str, kind: type, tmp_path: Path) -> None:
 
 
 def test_gif_keeps_rare_colors(tmp_path: Path) -> None:
-    """A thin color bar below a large picture in pale shades keeps its strong ends, which median cut gives away."""
+    """The ends of a thin color bar keep their colors in a GIF of a large pale picture."""
     y, x = np.mgrid[0:1:400j, 0:1:600j]
     pale = 200 + 50 * np.stack([np.sin(3 * x + y), np.cos(2 * y - x), np.sin(x * y * 5)], axis=2)
     bar = np.stack([x[0] * 160, 40 + 0 * x[0], (1 - x[0]) * 160], axis=1)

@@ -1,4 +1,4 @@
-"""Comparing pictures: what an eye would pass over passes, what it would miss is found, and shown."""
+"""Comparison of pictures: invisible deviations pass, visible ones are found and located."""
 
 import numpy as np
 import pytest
@@ -32,12 +32,12 @@ pytestmark = pytest.mark.usefixtures("folder")
     ],
 )
 def test_lab(rgb, expected):
-    """Published coordinates of the primaries and of the gray in the middle."""
+    """CIELAB coordinates of the primaries and of middle gray are the published ones."""
     np.testing.assert_allclose(lab(np.uint8([rgb]))[0], expected, atol=0.02)
 
 
 def test_opacity():
-    """What is clear looks white; that it is clear counts all the same."""
+    """Transparent pixels look white, but their opacity is compared."""
     clear, white, half = np.uint8([[[9, 9, 9, 0]]]), np.uint8([[[255, 255, 255, 255]]]), np.uint8([[[0, 0, 0, 128]]])
     np.testing.assert_array_equal(over_white(clear)[0, 0], [255, 255, 255, 0])
     np.testing.assert_array_equal(over_white(half)[0, 0], [127, 127, 127, 128])
@@ -48,10 +48,11 @@ def test_opacity():
     assert not compare_pictures(patch, hole).same
 
 
-# -- what passes -------------------------------------------------------------------------------------------------
+# -- deviations that pass ----------------------------------------------------------------------------------------
 
 
 def test_equal_pictures():
+    """Equal pictures have no deviation."""
     finding = compare_pictures(PLAIN, PLAIN)
     assert finding.same
     assert finding.size == SIZE
@@ -60,7 +61,7 @@ def test_equal_pictures():
 
 @pytest.mark.parametrize("sampling", [2, 3, 5, 6])
 def test_other_antialiasing_passes(sampling):
-    """Hundreds of pixels differ by many levels, and nobody would see it."""
+    """Other antialiasing passes, although hundreds of pixels differ by many levels."""
     finding = compare_pictures(PLAIN, drawing(sampling))
     assert finding.details["unequal_pixels"] > 300
     assert finding.details["largest_level_difference"] > 20
@@ -69,14 +70,14 @@ def test_other_antialiasing_passes(sampling):
 
 @pytest.mark.parametrize("shift", [0.125, 0.25])
 def test_small_moves_pass(shift):
-    """Arrows and hairlines that move by up to a quarter of a pixel."""
+    """Shifts by up to a quarter of a pixel pass."""
     finding = compare_pictures(PLAIN, drawing(shift=shift))
     assert finding.details["unequal_pixels"] > 100
     assert finding.same
 
 
 def test_noise_passes():
-    """One level up or down in every channel of every pixel, and what JPEG leaves at its best."""
+    """Noise of one level in every channel passes, and so does the best JPEG quality."""
     noise = np.random.default_rng(0).integers(-1, 2, PLAIN.shape)
     noise[..., 3] = 0
     finding = compare_pictures(PLAIN, np.clip(PLAIN.astype(int) + noise, 0, 255).astype(np.uint8))
@@ -87,12 +88,12 @@ def test_noise_passes():
     assert compare_pictures(PLAIN, np.asarray(Image.open("a.jpg").convert("RGBA"))).same
 
 
-# -- what is found -----------------------------------------------------------------------------------------------
+# -- deviations that are found -----------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("k", range(ARROWS))
 def test_a_lost_arrow_is_found(k):
-    """Whichever it is, and whichever of the pictures lacks it; the spot lies on its place."""
+    """Each missing arrow is found at its place, in either picture."""
     without = drawing(without=k)
     for pair in ((PLAIN, without), (without, PLAIN)):
         finding = compare_pictures(*pair)
@@ -105,7 +106,7 @@ def test_a_lost_arrow_is_found(k):
 @pytest.mark.parametrize("text", ["", *(f"distance {end}" for end in ("0.05", "−005", "−0.06", "−0.08", "-0.05"))])
 @pytest.mark.parametrize("paper", ["bright", "dark"])
 def test_a_changed_label_is_found(text, paper):
-    """Lost, without its sign, without its point, of another number, with a hyphen: at its place."""
+    """A missing or changed label is found at its place: sign, point, digit or hyphen."""
     dark = np.uint8([255, 255, 255, 0]) if paper == "dark" else np.uint8(0)
     finding = compare_pictures(PLAIN ^ dark, drawing(text=text) ^ dark)
     assert not finding.same
@@ -115,7 +116,7 @@ def test_a_changed_label_is_found(text, paper):
 
 
 def test_half_a_pixel():
-    """A black line that moves by a pixel counts, in both places, by what it goes beyond the gray half way."""
+    """A black line moved by one pixel counts by its difference to the gray of half a pixel."""
     pair = np.full((2, 9, 9, 4), 255, np.uint8)
     pair[0, :, 3, :3] = pair[1, :, 4, :3] = 0
     gray, black = np.uint8([[127, 127, 127, 255]]), np.uint8([[0, 0, 0, 255]])
@@ -125,7 +126,7 @@ def test_half_a_pixel():
 
 
 def test_corners_connect():
-    """A hairline that runs diagonally is one spot."""
+    """Diagonally connected pixels form one spot."""
     white = np.full((40, 60, 4), 255, np.uint8)
     crossed = white.copy()
     crossed[np.arange(10, 25), np.arange(10, 25), :3] = 200
@@ -135,11 +136,12 @@ def test_corners_connect():
 
 @pytest.mark.parametrize("shift", [1.0, 3.0])
 def test_moves_are_found(shift):
+    """Shifts of a pixel and more are found."""
     assert not compare_pictures(PLAIN, drawing(shift=shift)).same
 
 
 def test_other_colors_are_found():
-    """A surface that is noticeably darker, though no pixel is by much."""
+    """A noticeably darker surface is found, although no pixel differs by much."""
     darker = PLAIN.copy()
     darker[10:130, 20:140, :3] = np.clip(darker[10:130, 20:140, :3].astype(int) - 12, 0, 255)
     finding = compare_pictures(PLAIN, darker)
@@ -149,7 +151,7 @@ def test_other_colors_are_found():
 
 
 def test_weight_is_the_sum_over_the_spot():
-    """Gray on white: area times ΔE*ab; the limit is exact, and 0 lets nothing pass that is noticed."""
+    """The weight of a spot is the sum of ΔE*ab over its area; the limit is exact."""
     white = np.full((40, 60, 4), 255, np.uint8)
     spotted = white.copy()
     spotted[10:14, 20:25, :3] = 200
@@ -169,7 +171,7 @@ def test_weight_is_the_sum_over_the_spot():
 
 @pytest.mark.parametrize("mode", ["1", "L", "LA", "P", "RGB", "RGBA"])
 def test_kinds_of_png(mode):
-    """Whatever kind of PNG holds the same colors."""
+    """PNG files of every mode with the same colors are equal."""
     image = Image.fromarray(np.uint8([[0, 255], [255, 0]] * 4)).convert("RGB")
     image.save("a.png")
     image.convert(mode).save("b.png")
@@ -178,7 +180,7 @@ def test_kinds_of_png(mode):
 
 @needs_opengl
 def test_real_pictures(monkeypatch):
-    """Pictures of this program: one with more samples passes, one that lacks an arrow or a digit does not."""
+    """Pictures of this program: more samples pass, a missing arrow or a changed digit is found."""
     ball = icosphere(3)
     around = np.cross([0.0, 1.0, 0.0], ball.face_centers)
 

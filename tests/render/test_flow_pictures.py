@@ -1,4 +1,4 @@
-"""Films of flows: one size, one view, one meaning of color and arrow from the first frame to the last."""
+"""Films of flows: all frames have the same size, view, color limits and arrow scale."""
 
 import numpy as np
 import pytest
@@ -17,7 +17,7 @@ BALL = icosphere(2)
 SPIN = np.cross([0.0, 1.0, 0.0], BALL.face_centers)
 REST = np.zeros_like(SPIN)
 MAGENTA = "#ff00ff"
-#: The sphere's faces that look at the viewer, and those on the far side; and the vertex nearest to the viewer.
+#: How far the sphere's faces are turned to the viewer, and the vertex nearest to the viewer.
 TOWARD = BALL.face_normals @ choose_view(BALL).axes[2]
 TOWARD_VERTEX = int((BALL.vertices @ choose_view(BALL).axes[2]).argmax())
 
@@ -27,7 +27,7 @@ Pictures = list[np.ndarray]
 def moment(
     color: np.ndarray | float, velocity: np.ndarray = REST, vorticity: float | np.ndarray | None = None
 ) -> Result:
-    """A frame of a flow at time 0: the same title on all of them."""
+    """Return a frame of a flow at time 0."""
     n = BALL.n_vertices
     fields = [
         Field("color", "vertex", np.full(n, color) if np.ndim(color) == 0 else np.asarray(color)),
@@ -40,19 +40,19 @@ def moment(
 
 
 def film(*moments: Result) -> Pictures:
-    """The frames, one after the other."""
+    """Return the frames of a film."""
     return [picture.astype(int) for picture in flow_film(moments)]
 
 
 def middle(picture: np.ndarray, panel: int = 0) -> np.ndarray:
-    """The color in the middle of the sphere, as it is drawn in a panel."""
+    """Return the color in the middle of the sphere in a panel."""
     row = picture.shape[0] // 2 - 20
     return picture[row - 3 : row + 4, PANEL_WIDTH * panel + 297 : PANEL_WIDTH * panel + 304].mean(axis=(0, 1))
 
 
 @needs_opengl
 def test_rounding_is_drawn_as_no_vorticity() -> None:
-    """What rounding leaves of vorticity in a flow without any is as white as none; real vorticity is not."""
+    """Vorticity at rounding level is drawn as zero."""
     x = BALL.vertices[:, 0]
     rounding, none, real = (film(moment(1.0, SPIN, w))[0] for w in (1e-13 * x, 1e-30 * x, x + 2))
     np.testing.assert_allclose(middle(rounding, 1), middle(none, 1), atol=2)
@@ -61,19 +61,19 @@ def test_rounding_is_drawn_as_no_vorticity() -> None:
 
 @needs_opengl
 def test_limits_hold_over_the_film() -> None:
-    """The same value has the same color in every frame, though other values come and go; another value another."""
+    """Equal values have equal colors in all frames."""
     low_high = np.linspace(0, 10, BALL.n_vertices)
     pictures = film(moment(2.0), moment(low_high), moment(8.0), moment(2.0))
     np.testing.assert_array_equal(pictures[0], pictures[3])
     assert np.abs(middle(pictures[0]) - middle(pictures[2])).max() > 50
-    # Alone, both would be in the middle of the color map.
+    # In films of their own, both are in the middle of the color map.
     alone = [film(moment(value))[0] for value in (2.0, 8.0)]
     np.testing.assert_array_equal(middle(alone[0]), middle(alone[1]))
 
 
 @needs_opengl
 def test_one_size() -> None:
-    """All frames have one size, that of the first, with as many panels: one, or two where there is vorticity."""
+    """All frames have one size: one panel, or two where there is vorticity."""
     plain = film(moment(BALL.vertices[:, 0], SPIN), moment(BALL.vertices[:, 0], 2 * SPIN))
     swirling = film(moment(0.5, SPIN, 0.0), moment(0.5, SPIN, BALL.vertices[:, 1]))
     still = film(moment(0.5, SPIN, 0.0), moment(0.6, SPIN, 0.0))
@@ -84,7 +84,7 @@ def test_one_size() -> None:
 
 @needs_opengl
 def test_vorticity_panel() -> None:
-    """Red turns counterclockwise, blue clockwise, with limits of the film, so that a weak one is pale."""
+    """Red is counterclockwise, blue clockwise; limits are those of the film."""
     pictures = film(*(moment(0.5, REST, w) for w in (1.0, -1.0, 0.2)))
     strong, opposite, weak = (middle(picture, 1) for picture in pictures)
     assert strong[0] > strong[2] + 40
@@ -94,7 +94,7 @@ def test_vorticity_panel() -> None:
 
 @needs_opengl
 def test_arrows(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A flow has arrows; rest has none; one a third as fast has smaller ones, by the scale of the film."""
+    """Arrows have the scale of the film: none at rest, shorter ones for slower flow."""
     monkeypatch.setattr(flow_pictures, "ARROW_COLOR", MAGENTA)
     rest, slow, fast = (count(picture, MAGENTA) for picture in film(*(moment(0.5, k * SPIN) for k in (0, 1, 3))))
     assert rest < 200  # the key under the panel
@@ -104,7 +104,7 @@ def test_arrows(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @needs_opengl
 def test_a_flow_that_fades(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Frames that hardly move take nothing from the scale of one that does."""
+    """Slow frames do not change the scale of a fast one."""
     monkeypatch.setattr(flow_pictures, "ARROW_COLOR", MAGENTA)
     alone = film(moment(0.5, SPIN))[0]
     fading = film(moment(0.5, SPIN), *[moment(0.5, 1e-3 * SPIN)] * 9)
@@ -114,7 +114,7 @@ def test_a_flow_that_fades(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @needs_opengl
 def test_the_view_does_not_turn_with_rounding() -> None:
-    """Faces that are equally fast but for the last digits are watched alike, whichever rounding makes the fastest."""
+    """The view does not depend on the rounding of the velocity."""
     rounded = [SPIN * (1 + 4e-16 * np.random.default_rng(seed).integers(-2, 3, SPIN.shape)) for seed in range(5)]
     first, *others = (film(moment(0.5, velocity))[0] for velocity in rounded)
     for picture in others:
@@ -124,7 +124,7 @@ def test_the_view_does_not_turn_with_rounding() -> None:
 @needs_opengl
 @pytest.mark.usefixtures("_same_view")
 def test_one_fast_face(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Its arrow is longer than the others, but hides nothing, however fast it is."""
+    """The arrow of one fast face has a bounded length."""
     monkeypatch.setattr(flow_pictures, "ARROW_COLOR", MAGENTA)
     front = int(TOWARD.argmax())
     even, fast, faster = (np.array(SPIN) for _ in range(3))
@@ -138,7 +138,7 @@ def test_one_fast_face(monkeypatch: pytest.MonkeyPatch) -> None:
 @needs_opengl
 @pytest.mark.usefixtures("_same_view")
 def test_values_that_were_never_there() -> None:
-    """A value beyond those at the start is the method's error, and changes the picture where it is, not elsewhere."""
+    """A value beyond the initial range changes the picture only where it is."""
     middling = np.full(BALL.n_vertices, 0.2)
     wrong = middling.copy()
     wrong[TOWARD_VERTEX] = -50.0
@@ -154,7 +154,7 @@ WHITE = "#ffffff"
 
 
 def cloud(faces: np.ndarray, turn: float = 0.0) -> Cloud:
-    """Tracers in the middle of faces, at time 1, that have turned about y by an angle, evenly, since time 0."""
+    """Return tracers at face centers that have turned about y by an angle since time 0."""
     x, times = BALL.face_centers[faces], np.linspace(0, 0.95, 20)
     back = [Rotation.from_rotvec([0, -turn * (1 - t), 0]).apply(x) - x for t in times]
     fields = [
@@ -167,32 +167,32 @@ def cloud(faces: np.ndarray, turn: float = 0.0) -> Cloud:
 
 
 def sphere_of(picture: np.ndarray) -> np.ndarray:
-    """Pixels of the sphere, (1, k, 3)."""
+    """Return the pixels of the sphere, (1, k, 3)."""
     row, column = np.indices(picture.shape[:2])
     return np.asarray(picture[(row - 362) ** 2 + (column - 300) ** 2 < 277**2][None])
 
 
 def traced(faces: np.ndarray, turn: float = 0.0, speed: float = 0.0) -> np.ndarray:
-    """A frame with these tracers in a flow of that speed."""
+    """Return a frame with these tracers in a flow of a speed."""
     (picture,) = flow_film([moment(BALL.vertices[:, 0], speed * SPIN)], [cloud(faces, turn)])
     return picture
 
 
 def white(faces: np.ndarray, turn: float = 0.0, speed: float = 0.0) -> int:
-    """White pixels on the sphere in it."""
+    """Return the number of white pixels on the sphere."""
     return count(sphere_of(traced(faces, turn, speed)), WHITE)
 
 
 @pytest.fixture
 def _same_view(monkeypatch: pytest.MonkeyPatch) -> None:
-    """That of the sphere, wherever it flows fastest."""
+    """Fix the view to that of the sphere."""
     monkeypatch.setattr(flow_pictures, "choose_view", lambda mesh, interest: choose_view(mesh))
 
 
 @needs_opengl
 @pytest.mark.usefixtures("_same_view")
 def test_heads_of_streaks() -> None:
-    """A head for each particle in front, none for those behind or seen edge on; so many pixels each."""
+    """Each particle in front has a head, those behind have none."""
     front, behind, rim = (np.flatnonzero(where) for where in (TOWARD > 0.9, TOWARD < -0.2, abs(TOWARD - 0.08) < 0.08))
     assert min(len(front), len(behind), len(rim)) > 5
     assert white(behind) == 0
@@ -205,18 +205,18 @@ def test_heads_of_streaks() -> None:
 @needs_opengl
 @pytest.mark.usefixtures("_same_view")
 def test_tails_of_streaks() -> None:
-    """A particle that moves has a tail, behind it; longer ones for faster ones, but of the same time in all frames."""
+    """Moving particles have tails, longer for faster ones, of the same time in all frames."""
     front = np.flatnonzero(TOWARD > 0.9)
     rest, slow, fast = (white(front, turn, speed=0.5) for turn in (0.0, 0.1, 0.3))
     assert fast > slow > rest
-    # In a film of faster flow a streak is of less time, so shorter.
+    # In a film of faster flow a streak spans less time.
     assert white(front, 0.3, speed=20.0) < (fast + rest) / 2
 
 
 @needs_opengl
 @pytest.mark.usefixtures("_same_view")
 def test_streaks_have_a_dark_line_round_them() -> None:
-    """On a dye as white as they are, they are seen."""
+    """On white dye, streaks are visible by a dark outline."""
     front = np.flatnonzero(TOWARD > 0.9)
     pale = [Field("color", "vertex", np.ones((BALL.n_vertices, 3)))]
     frame = Result(BALL, pale + [field for field in moment(0.0).fields if field.name != "color"])
@@ -226,7 +226,7 @@ def test_streaks_have_a_dark_line_round_them() -> None:
 
 
 def test_comets() -> None:
-    """A tail from nothing to full width across its way, and a disc at its end, in closed form on a straight path."""
+    """On a straight path a tail has the expected width, area and density, and ends in a disc."""
     paths = np.stack([np.linspace(0, 4, 5), np.full(5, 2.0), np.zeros(5)], axis=1)[:, None]
     points, triangles, density = comets(paths, np.array([0.5]))
     left, right = points[:10].reshape(5, 2, 3).transpose(1, 0, 2)
@@ -242,7 +242,7 @@ def test_comets() -> None:
 
 @pytest.mark.parametrize("places", [1, 2, 5])
 def test_comets_at_rest(places: int) -> None:
-    """Without a way there is a disc, and nothing that is not finite."""
+    """A particle at rest is a disc, with finite coordinates."""
     points, triangles, density = comets(np.ones((places, 3, 3)), np.full(3, 0.1))
     assert np.isfinite(points).all()
     assert np.isfinite(density).all()
@@ -251,7 +251,7 @@ def test_comets_at_rest(places: int) -> None:
 
 @needs_opengl
 def test_colors_are_drawn_as_they_are() -> None:
-    """RGB needs no color map and knows no limits: red is red beside any frame; beyond 0..1 it is cut off."""
+    """RGB colors are drawn unchanged and clipped to [0, 1]."""
     n = BALL.n_vertices
     red, green, over = ([1, 0, 0], [0, 1, 0], [1.4, -0.3, 0])
     pictures = film(*(moment(np.tile(rgb, (n, 1)).astype(float)) for rgb in (red, green, over)))
@@ -262,24 +262,24 @@ def test_colors_are_drawn_as_they_are() -> None:
 
 @needs_opengl
 def test_bytes_repeat() -> None:
-    """The same film twice, pixel by pixel."""
+    """The same film is pixel-identical."""
     moments = [moment(k * BALL.vertices[:, 0], SPIN, k * BALL.vertices[:, 1]) for k in (1, 2)]
     for one, other in zip(film(*moments), film(*moments), strict=True):
         np.testing.assert_array_equal(one, other)
 
 
 def test_arrows_are_dark() -> None:
-    """Ink that is seen on every color of the maps."""
+    """The arrow color is dark."""
     assert int(ARROW_COLOR[1:], 16) < 0x202020
 
 
 def plain(level: int, size: tuple[int, int] = (40, 60)) -> np.ndarray:
-    """One gray."""
+    """Return a gray picture."""
     return np.full((*size, 3), level, dtype=np.uint8)
 
 
 def test_contact_sheet() -> None:
-    """From left to right, then down, at half the size; what is left over is white."""
+    """A contact sheet fills rows from the left at half size, with white at the end."""
     sheet = contact_sheet([plain(20 * k) for k in range(5)], columns=3)
     assert sheet.shape == (40, 90, 3)
     found = [int(sheet[10 + 20 * row, 15 + 30 * column, 0]) for row in range(2) for column in range(3)]
@@ -287,7 +287,7 @@ def test_contact_sheet() -> None:
 
 
 def test_few_pictures_keep_their_size() -> None:
-    """One or two are not made smaller."""
+    """One or two pictures keep their size."""
     assert contact_sheet([plain(9)]).shape == (40, 60, 3)
     sheet = contact_sheet([plain(9), plain(7)])
     assert sheet.shape[0] * sheet.shape[1] == 2 * 40 * 60
@@ -297,7 +297,7 @@ def test_few_pictures_keep_their_size() -> None:
 @pytest.mark.parametrize("size", [(100, 100), (100, 200), (100, 50), (101, 77)])
 @pytest.mark.parametrize("count_", [3, 4, 7, 12])
 def test_a_sheet_is_about_square(count_: int, size: tuple[int, int]) -> None:
-    """Of any number of pictures of any shape, none missing, and without an empty row."""
+    """A contact sheet is about square, with every picture and no empty row."""
     sheet = contact_sheet([plain(k, size) for k in range(count_)])
     rows, columns = round(2 * sheet.shape[0] / size[0]), round(2 * sheet.shape[1] / size[1])
     assert rows * columns >= count_ > (rows - 1) * columns

@@ -1,4 +1,4 @@
-"""Pictures: that what should be seen is seen, the same twice over, and at any scale."""
+"""Pictures: surfaces, arrows, markers, isolines and text are visible, deterministic and independent of scale."""
 
 from dataclasses import replace
 
@@ -30,7 +30,7 @@ def picture(*panels, mesh=BALL, **options):
 
 
 def geodesic_result(mesh=BALL):
-    """The heat method's fields on a sphere in closed form, as seen from its highest vertex."""
+    """Return the heat method's fields on a sphere in closed form, from its highest vertex."""
     radius = np.linalg.norm(mesh.vertices - mesh.vertices.mean(axis=0), axis=1).mean()
     y = (mesh.vertices[:, 1] - mesh.vertices[:, 1].mean()) / radius
     distance = radius * np.arccos(np.clip(y / y.max(), -1, 1))
@@ -53,7 +53,7 @@ def geodesic_result(mesh=BALL):
 
 @needs_opengl
 def test_surface_fits_the_panel():
-    """The sphere fills the height of its panel up to the margin, in the middle, on white."""
+    """The sphere fills its panel up to the margin, centered on white."""
     image = picture(Panel())
     rows, columns = np.nonzero((image != 255).any(axis=2))
     assert image.shape == (300, 300, 3)
@@ -64,7 +64,7 @@ def test_surface_fits_the_panel():
 
 @needs_opengl
 def test_values_become_colors():
-    """Low values have the lower end of the color map, high ones the upper; the height grows upward."""
+    """Low values have the lower end of the color map, high values the upper end."""
     image = picture(Panel(surface=Surface(HEIGHT, colormap="RdBu_r", bar=False)))
     top, bottom = image[40, 150], image[260, 150]
     assert top[0] > top[2] + 50
@@ -73,7 +73,7 @@ def test_values_become_colors():
 
 @needs_opengl
 def test_values_per_face():
-    """One hot face: few pixels, of one color."""
+    """One face with another value changes as many pixels as its projection has."""
     values = np.zeros(BALL.n_faces)
     facing = int((BALL.face_normals @ choose_view(BALL).axes[2]).argmax())
     plain = picture(Panel(surface=Surface(values, "face", limits=(0, 1), bar=False)))
@@ -86,7 +86,7 @@ def test_values_per_face():
 
 @needs_opengl
 def test_colors_per_vertex():
-    """RGB from 0 to 1 and as bytes draw the same."""
+    """RGB as floats and as bytes draw the same picture."""
     rgb = np.zeros((BALL.n_vertices, 3))
     rgb[:, 1] = 1
     image = picture(Panel(surface=Surface(rgb)))
@@ -98,11 +98,11 @@ def test_colors_per_vertex():
 
 @needs_opengl
 def test_arrows_are_drawn_and_thinned():
-    """Arrow-colored pixels: none without, many with; a wider spacing draws fewer arrows."""
+    """A wider spacing draws fewer arrows."""
     arrows = Arrows(geodesic_result()["direction"], color=MAGENTA)
 
     def seen(*layers):
-        """Separate spots of ink."""
+        """Count separate spots of ink."""
         image = picture(Panel(arrows=layers))
         return ndimage.label(np.abs(image - [255, 0, 255]).max(axis=2) < 120)[1]
 
@@ -114,7 +114,7 @@ def test_arrows_are_drawn_and_thinned():
 
 @needs_opengl
 def test_arrow_length_follows_magnitude():
-    """With a scale, half the magnitude is half the length, a quarter of the ink."""
+    """With a scale, half the magnitude gives half the length."""
     result = geodesic_result()
     ink = [
         count(
@@ -130,13 +130,14 @@ def test_arrow_length_follows_magnitude():
 
 @needs_opengl
 def test_arrows_at_vertices():
+    """Arrows can stand at vertices."""
     down = np.tile([0.0, -1.0, 0.0], (BALL.n_vertices, 1))
     assert count(picture(Panel(arrows=[Arrows(down, "vertex", MAGENTA)])), MAGENTA) > 300
 
 
 @needs_opengl
 def test_marker_in_front_and_behind():
-    """A disc for a vertex in sight, a ring with the surface showing through for one behind."""
+    """A visible vertex has a disc, a hidden one a ring."""
     depth = BALL.vertices @ choose_view(BALL).axes[2]
     view = choose_view(BALL)
     front, back = int(depth.argmax()), int(depth.argmin())
@@ -149,7 +150,7 @@ def test_marker_in_front_and_behind():
 
 @needs_opengl
 def test_labels_are_drawn_inside_the_panel():
-    """A label changes pixels; long ones at the border are not cut off: they have as many pixels as in the middle."""
+    """Labels at the border are not cut off."""
     view = choose_view(BALL)
     right, middle = int((BALL.vertices @ view.axes[0]).argmax()), int((BALL.vertices @ view.axes[2]).argmax())
     ink = [
@@ -162,7 +163,7 @@ def test_labels_are_drawn_inside_the_panel():
 
 @needs_opengl
 def test_isolines():
-    """Dark lines, and more of them when more are asked for."""
+    """Isolines are dark, and twice as many give twice the ink."""
     dark = [
         (picture(Panel(surface=Surface(HEIGHT, span=(0.8, 1.0), isolines=k, bar=False))).max(axis=2) < 100).sum()
         for k in (0, 5, 10)
@@ -174,7 +175,7 @@ def test_isolines():
 
 @needs_opengl
 def test_unreachable_is_gray():
-    """A component at infinite distance is gray, the other one colored; two balls side by side."""
+    """Vertices at infinite distance are gray."""
     shift = np.array([3.0, 0, 0])
     mesh = TriangleMesh(
         np.concatenate([BALL.vertices, BALL.vertices + shift]), np.concatenate([BALL.faces, BALL.faces + 642])
@@ -190,7 +191,7 @@ def test_unreachable_is_gray():
 
 @needs_opengl
 def test_title_bar_and_note_take_their_room():
-    """Text above and below the mesh, not on it."""
+    """Title, color bar and note do not overlap the mesh."""
     surface = Surface(np.zeros(BALL.n_vertices), colormap="gray", limits=(-1, 1))
     image = picture(Panel("a title", surface, note="a note"))
     ink = (image.min(axis=2) < 250).any(axis=1)
@@ -202,6 +203,7 @@ def test_title_bar_and_note_take_their_room():
 
 @needs_opengl
 def test_dark_theme():
+    """The dark theme has a dark background and visible arrows."""
     image = picture(Panel("title", arrows=[Arrows(geodesic_result()["direction"], color="#ffe000")]), theme=DARK)
     assert image[-1, 0].max() < 40
     assert count(image, "#ffe000") > 300
@@ -212,7 +214,7 @@ def test_dark_theme():
 
 @needs_opengl
 def test_geodesic_picture_shows_what_it_should():
-    """Arrows in the first panel, both ends of a diverging map in the second, isolines and labels in the third."""
+    """The panels have arrows; both ends of a diverging map; isolines and labels."""
     image = geodesic_picture(geodesic_result(), size=(900, 360)).astype(int)
     heat, divergence, distance = image[:, :300], image[:, 300:600], image[:, 600:]
     body = slice(40, 300)
@@ -227,7 +229,7 @@ def test_geodesic_picture_shows_what_it_should():
 
 @needs_opengl
 def test_panels_of_the_geodesic_picture():
-    """Those named, in that order, as wide as asked; the gradient is brightest at its source, with arrows towards it."""
+    """Panels come in the requested order and width; an unknown name raises."""
     result = geodesic_result()
     image = geodesic_picture(result, width=300, panels=["gradient", "distance"]).astype(int)
     assert image.shape[1] == 600
@@ -242,7 +244,7 @@ def test_panels_of_the_geodesic_picture():
 
 @needs_opengl
 def test_length_of_faint_gradients():
-    """Lengths whose squares are no numbers have a color of their own, not that of zero."""
+    """Gradients whose squared length underflows are colored by their length."""
     result = geodesic_result()
     faint = [Field(f.name, f.location, f.values * (1e-200 if f.name == "heat_gradient" else 1)) for f in result.fields]
     one, other = (
@@ -254,6 +256,7 @@ def test_length_of_faint_gradients():
 
 @needs_opengl
 def test_same_bytes_twice():
+    """The same picture has the same bytes."""
     first, second = (geodesic_picture(geodesic_result(), size=(900, 360)) for _ in range(2))
     assert first.tobytes() == second.tobytes()
 
@@ -261,7 +264,7 @@ def test_same_bytes_twice():
 @needs_opengl
 @pytest.mark.parametrize(("scale", "shift"), [(1e-6, 0.0), (1e6, 0.0), (1.0, 1e4)])
 def test_independent_of_scale_and_place(scale, shift):
-    """The same pixels but for the numbers on the color bars, for a lopsided mesh."""
+    """Pictures do not depend on scale and position."""
     stretched = BALL.vertices * [1.0, 1.4, 0.7]
     panel = Panel("title", Surface(HEIGHT, isolines=8), [Arrows(geodesic_result()["direction"])], [Marker(5, "five")])
     one, other = (
@@ -272,7 +275,7 @@ def test_independent_of_scale_and_place(scale, shift):
 
 @needs_opengl
 def test_helmholtz_picture():
-    """Four panels; the arrows of a part that is zero are not there."""
+    """A part that is zero has no arrows."""
     mesh = primitives.torus(30, 14)
     around = np.cross([0.0, 0.0, 1.0], mesh.face_centers)
     zero = np.zeros_like(around)
@@ -292,7 +295,7 @@ def test_helmholtz_picture():
 
 @needs_opengl
 def test_frames_of_a_film_match_single_pictures():
-    """A window that is kept open shows nothing of the frame before."""
+    """Frames of one window equal single pictures."""
     frames = [
         [Panel("up", Surface(HEIGHT), [Arrows(geodesic_result()["direction"])], [Marker(3, "three")])],
         [Panel("down", Surface(-HEIGHT, isolines=4))],
@@ -308,13 +311,14 @@ def test_frames_of_a_film_match_single_pictures():
 @needs_opengl
 @pytest.mark.parametrize("mesh", [BALL, primitives.grid(20, 4)], ids=["ball", "wide"])
 def test_width_of_panels(mesh):
-    """Half as wide is half as tall, but for text, which stays legible."""
+    """Panels of half the width have half the height."""
     large, small = (draw(mesh, [Panel(surface=Surface(bar=False))] * 2, width=width) for width in (600, 300))
     assert (large.shape[0] / 2, large.shape[1] / 2) == pytest.approx(small.shape[:2], abs=1)
 
 
 @needs_opengl
 def test_grid_of_panels():
+    """Panels fill a grid from the left, with white at the end."""
     image = draw(BALL, [Panel(f"{k}") for k in range(5)], columns=3)
     assert image.shape[1] == 1800
     height = image.shape[0] // 2
@@ -335,13 +339,14 @@ def test_grid_of_panels():
     ids=["one triangle", "strip", "one-sided", "stray vertex", "face without area"],
 )
 def test_odd_meshes_can_be_drawn(mesh):
-    """They come out, and are seen, with constant values too."""
+    """Unusual meshes are drawn and visible, with constant values too."""
     image = draw(mesh, [Panel("odd", Surface(np.ones(mesh.n_vertices), isolines=3))], (400, 300)).astype(int)
     assert (np.ptp(image[40:240], axis=2) > 30).sum() > 300
 
 
 @needs_opengl
 def test_stage_is_supersampled():
+    """The stage has more samples than the picture has pixels."""
     with Stage(BALL, (120, 80)) as stage:
         assert stage.photograph(Surface(HEIGHT)).shape == (80 * SUPERSAMPLING, 120 * SUPERSAMPLING, 3)
 
@@ -354,7 +359,7 @@ def inside_out(mesh: TriangleMesh) -> TriangleMesh:
 
 
 def crossing_itself() -> TriangleMesh:
-    """A sphere whose upper cap is pulled down through the lower one, and there shows its inner side."""
+    """Return a sphere whose upper cap is pulled through the lower one."""
     ball = primitives.icosphere(4)
     down = np.stack(
         [np.zeros(ball.n_vertices), 6 * np.maximum(ball.vertices[:, 1] - 0.5, 0), np.zeros(ball.n_vertices)]
@@ -371,7 +376,7 @@ SEEN_FROM_FRONT = View(np.eye(3), np.zeros(3), np.array([2.1, 2.1]))
     ids=["sphere", "inside out", "crossing itself", "open"],
 )
 def test_leaving_out_what_is_hidden_changes_nothing(mesh, monkeypatch):
-    """Of many faces those turned away are not drawn, unless they are in sight: the same picture."""
+    """Leaving out hidden faces does not change the picture."""
     monkeypatch.setattr("geomhw.render.scene.SAMPLES", 0)
     pictures = []
     for many in (0, mesh.n_faces):
@@ -383,6 +388,7 @@ def test_leaving_out_what_is_hidden_changes_nothing(mesh, monkeypatch):
 
 
 def test_what_is_turned_away_and_hidden_is_left_out():
+    """Faces turned away are found, and are hidden by those in front."""
     ball = primitives.icosphere(3)
     away = hidden.turned_away(ball, np.array([0.0, 0.0, 1.0]))
     assert 0.4 < away.mean() < 0.6

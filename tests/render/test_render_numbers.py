@@ -1,4 +1,4 @@
-"""What pictures are computed from, without a window: views, limits, ticks, arrow places, isolines."""
+"""Views, color limits, ticks, arrow positions, isolines and creases, computed without a window."""
 
 import numpy as np
 import pytest
@@ -16,30 +16,34 @@ BALL = primitives.icosphere(3)
 
 
 def rotated(mesh, *order):
-    """The mesh with its axes renamed, keeping orientation."""
+    """Rename the axes, and keep the orientation."""
     return TriangleMesh(mesh.vertices[:, order], mesh.faces)
 
 
 @pytest.mark.parametrize("order", [(0, 1, 2), (2, 0, 1), (1, 2, 0)], ids=["xy", "yz", "zx"])
 def test_flat_mesh_is_seen_from_its_normal(order):
+    """A flat mesh is seen along its normal."""
     mesh = rotated(primitives.grid(12, 8, 3.0, 2.0), *order)
     view = choose_view(mesh)
     np.testing.assert_allclose(view.axes[2], mesh.face_normals[0], atol=1e-9)
 
 
 def test_upright_plane_keeps_y_up():
+    """A plane in x and y keeps y upward."""
     view = choose_view(primitives.grid(12, 8, 3.0, 2.0))
     np.testing.assert_allclose(view.axes, np.eye(3), atol=1e-9)
     np.testing.assert_allclose(view.extent, [1.5, 1.0])
 
 
 def test_tall_strip_is_laid_across():
+    """A tall strip is laid across."""
     strip = primitives.strip(100)
     tall = TriangleMesh(strip.vertices[:, [1, 0, 2]] * [-1, 1, 1], strip.faces)
     assert choose_view(tall).aspect == pytest.approx(100)
 
 
 def test_solid_is_upright_and_seen_from_a_little_above():
+    """A solid is upright, and seen from slightly above."""
     mesh = TriangleMesh(BALL.vertices * [1.0, 1.5, 0.7], BALL.faces)
     right, up, toward = choose_view(mesh).axes
     assert right[1] == pytest.approx(0, abs=1e-12)
@@ -49,7 +53,7 @@ def test_solid_is_upright_and_seen_from_a_little_above():
 
 
 def test_broad_side_is_shown():
-    """A slab, thin in z (or in x), is seen nearly face on."""
+    """A slab is seen nearly face on."""
     for thin in (0, 2):
         shape = np.ones(3)
         shape[thin] = 0.1
@@ -58,7 +62,7 @@ def test_broad_side_is_shown():
 
 
 def test_head_looks_our_way():
-    """A body along x with a head on top of one end: the head's end is the nearer one."""
+    """Of a body with a head at one end, the head is nearer to the viewer."""
     body = BALL.vertices * [2.0, 0.7, 0.7]
     head = BALL.vertices * 0.6 + [1.8, 1.2, 0.0]
     for flip in (1.0, -1.0):
@@ -70,6 +74,7 @@ def test_head_looks_our_way():
 
 @pytest.mark.parametrize(("scale", "shift"), [(1e-6, 0), (1e6, 0), (1, 1e6)])
 def test_view_is_independent_of_scale_and_place(scale, shift):
+    """The view does not depend on scale and position."""
     mesh = primitives.torus(40, 20)
     moved = TriangleMesh(mesh.vertices * scale + shift, mesh.faces)
     view, other = choose_view(mesh, [3]), choose_view(moved, [3])
@@ -78,11 +83,13 @@ def test_view_is_independent_of_scale_and_place(scale, shift):
 
 
 def test_stray_vertices_do_not_count():
+    """Vertices without faces do not change the view."""
     stray = TriangleMesh([*BALL.vertices, [100.0, 0, 0]], BALL.faces)
     np.testing.assert_allclose(choose_view(stray).extent, choose_view(BALL).extent)
 
 
 def test_projection_fits_the_extent():
+    """The projected mesh fills the extent."""
     mesh = primitives.genus_two(24)
     view = choose_view(mesh)
     seen = view.project(mesh.vertices)[:, :2]
@@ -91,7 +98,7 @@ def test_projection_fits_the_extent():
 
 
 def test_visible():
-    """On a sphere, what faces us is seen, what does not is not."""
+    """On a sphere, points that face the viewer are visible, others are not."""
     view = View(np.eye(3), np.zeros(3), np.ones(2))
     z = BALL.vertices[:, 2]
     clear = np.flatnonzero(np.abs(z) > 0.1)
@@ -102,7 +109,7 @@ def test_visible():
 
 
 def test_visible_points_within_faces():
-    """What lies over the middle of a face hides the middle, not the corners."""
+    """Visibility is tested at a point, not at the corners of its face."""
     low = np.array([[-1.0, -1, 0], [1, -1, 0], [0, 2, 0]])
     mesh = TriangleMesh(np.concatenate([low, 0.2 * low + np.array([0, 0, 0.5])]), [[0, 1, 2], [3, 4, 5]])
     view = View(np.eye(3), np.zeros(3), np.ones(2))
@@ -111,7 +118,7 @@ def test_visible_points_within_faces():
 
 
 def test_samples_are_even():
-    """Each octant of the sphere gets its eighth, and every sample lies on a face."""
+    """Samples are spread by area, and lie on faces."""
     samples = surface_samples(BALL, 8000)
     octant = (samples > 0) @ [1, 2, 4]
     np.testing.assert_allclose(np.bincount(octant), 1000, rtol=0.05)
@@ -128,7 +135,7 @@ def shaded(values, mesh=BALL, **look):
 
 
 def test_symmetric_limits_are_robust():
-    """Zero is in the middle, and one spike does not wash out the rest."""
+    """Symmetric limits have zero in the middle, and ignore a single outlier."""
     values = np.linspace(-1, 0.5, 642)
     values[7] = 1000
     shades = shaded(values, symmetric=True, outliers=0.02)
@@ -140,14 +147,14 @@ def test_symmetric_limits_are_robust():
 
 
 def test_spike_alone_keeps_its_limits():
-    """All zero but one: the quantile is zero, the limits are not."""
+    """A single nonzero value keeps its limits."""
     values = np.zeros(642)
     values[7] = 3
     assert shaded(values, symmetric=True, outliers=0.02).limits == (-3, 3)
 
 
 def test_logarithm():
-    """e^-r becomes linear in r; zero and noise below zero lie at the bottom, and the bar says so."""
+    """exp(-r) is linear in r on a logarithmic scale; zero and negative values are clipped."""
     r = np.linspace(0, 200, 642)
     np.testing.assert_allclose(shaded(np.exp(-r), log=True).values, 1 - r / 200, atol=1e-12)
     assert shaded(np.exp(-r), log=True).clipped == (False, False)
@@ -162,6 +169,7 @@ def test_logarithm():
 
 
 def test_unknown_values():
+    """Infinite values and NaN are unknown, and do not change the limits."""
     values = np.arange(642.0)
     values[:3] = np.inf, np.nan, -np.inf
     shades = shaded(values)
@@ -181,10 +189,12 @@ def test_unknown_values():
     ],
 )
 def test_ticks(low, high, expected):
+    """Ticks are round numbers within the limits."""
     np.testing.assert_allclose(colors.ticks(low, high), expected, atol=1e-12)
 
 
 def test_ticks_of_a_logarithm_are_whole():
+    """Ticks of a logarithmic scale are integers."""
     for low, high in ((-20.3, 0.2), (-2.2, 0.1), (-290.0, 1.0)):
         values = colors.ticks(low, high, whole=True)
         np.testing.assert_array_equal(values, np.round(values))
@@ -192,20 +202,20 @@ def test_ticks_of_a_logarithm_are_whole():
 
 
 def test_ticks_within_one_power_of_ten():
-    """A short interval holds one whole number or none."""
+    """A short logarithmic interval has one tick or none."""
     assert colors.ticks(0.2, 0.7, whole=True).tolist() == []
     assert colors.ticks(0.9, 1.3, whole=True).tolist() == [1]
 
 
 def test_rounding_is_no_range():
-    """Values that differ by rounding only are one color, in the middle of the bar."""
+    """Values that differ by rounding have one color."""
     shades = colors.shade(Surface(2.0 + 1e-15 * np.arange(BALL.n_vertices)), BALL)
     assert shades is not None
     np.testing.assert_allclose(shades.values, 0.5, atol=1e-9)
 
 
 def test_tick_labels():
-    """Few characters: a common power of ten is said once."""
+    """Tick labels are short, with a common power of ten."""
     assert colors.tick_labels(np.array([-0.0, 20, 40])) == (["0", "20", "40"], "")
     assert colors.tick_labels(np.array([-2e-7, 0, 2e-7])) == (["−2", "0", "2"], "×10⁻⁷")
     assert colors.tick_labels(np.array([0, 0.25, 0.5])) == (["0", "0.25", "0.5"], "")
@@ -215,7 +225,7 @@ def test_tick_labels():
 
 
 def test_spread_is_a_poisson_disk_sample():
-    """No two chosen are closer than the distance; of all others, none is much farther than that from a chosen one."""
+    """Chosen points are at least the distance apart, and all others near a chosen one."""
     points = surface_samples(BALL, 20_000)
     chosen = points[glyphs.spread(points, 0.2)]
     gaps = np.linalg.norm(chosen[:, None] - chosen, axis=2) + 10 * np.eye(len(chosen))
@@ -224,10 +234,12 @@ def test_spread_is_a_poisson_disk_sample():
 
 
 def test_spread_keeps_all_that_are_far_apart():
+    """Points far apart are all chosen."""
     np.testing.assert_array_equal(glyphs.spread(BALL.vertices, 1e-3), np.arange(642))
 
 
 def test_arrows_point_along_their_vectors():
+    """An arrow points along its vector, in the surface."""
     centers, vectors = np.array([[1.0, 2, 3]]), np.array([[0, 0, 4.0]])
     points, triangles = glyphs.arrow_triangles(centers, vectors, np.array([[0, 1.0, 0]]))
     assert points[:, 2].max() == 5
@@ -239,7 +251,7 @@ def test_arrows_point_along_their_vectors():
 
 
 def test_isolines_of_a_linear_function():
-    """Lines x = level on a grid: on the level, straight, and as long as the grid is high."""
+    """Isolines of x on a grid are straight, at their levels, and as long as the grid is high."""
     mesh = primitives.grid(10, 6, 2.0, 1.0)
     levels = np.array([0.33, 1.21])
     segments = glyphs.isoline_segments(mesh.vertices, mesh.faces, mesh.vertices[:, 0], levels)
@@ -251,13 +263,14 @@ def test_isolines_of_a_linear_function():
 
 
 def hinge(angle, turned=False):
-    """Two triangles hinged at an angle, the second one turned over if asked to."""
+    """Return two triangles hinged at an angle, the second flipped on request."""
     bend = np.radians(angle)
     points = [[0, 0, 0], [0, 1, 0], [1, 0, 0], [-np.cos(bend), 0, np.sin(bend)]]
     return TriangleMesh(points, [[0, 2, 1], [1, 0, 3] if turned else [0, 1, 3]])
 
 
 def test_smooth_mesh_has_one_point_a_vertex():
+    """A smooth mesh has one point per vertex."""
     shell = creases.shell(BALL)
     assert len(shell.origin) == BALL.n_vertices
     np.testing.assert_array_equal(shell.origin[shell.faces], BALL.faces)
@@ -266,24 +279,26 @@ def test_smooth_mesh_has_one_point_a_vertex():
 
 @pytest.mark.parametrize(("angle", "points"), [(50, 4), (60, 6)])
 def test_sharp_edges_are_split(angle, points):
+    """Edges sharper than the threshold are split."""
     assert len(creases.shell(hinge(angle)).origin) == points
 
 
 def test_faces_turned_over_are_split():
-    """Flat, but the normals oppose each other: neither is the mean of both."""
+    """Flipped faces are split, since their normals are opposite."""
     shell = creases.shell(hinge(0, turned=True))
     assert len(shell.origin) == 6
     np.testing.assert_allclose(np.abs(shell.normals[:, 2]), 1)
 
 
 def test_icosahedron_by_threshold():
-    """Its faces meet at 41.8°: all corners apart below that, together above."""
+    """The faces of an icosahedron, at 41.8°, are split below that threshold only."""
     ico = primitives.icosphere(0)
     assert len(creases.shell(ico, 41).origin) == 60
     assert len(creases.shell(ico, 42).origin) == 12
 
 
 def test_stray_vertices_have_no_point():
+    """Vertices without faces have no point."""
     stray = TriangleMesh([[9.0, 9, 9], *BALL.vertices], BALL.faces + 1)
     shell = creases.shell(stray)
     assert 0 not in shell.origin
@@ -296,5 +311,5 @@ def test_stray_vertices_have_no_point():
      (2.04e-5, 3, "2.04×10⁻⁵"), (3e7, 4, "3×10⁷"), (0.0, 3, "0"), (999999.9, 3, "1×10⁶")],
 )  # fmt: skip
 def test_plain_numbers(value, digits, text):
-    """No power of ten where one can do without."""
+    """Numbers are printed without a power of ten where possible."""
     assert colors.plain_number(value, digits) == text

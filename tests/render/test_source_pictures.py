@@ -1,4 +1,4 @@
-"""Sources in pictures: a mark where each is, within faces too, and curves where they are many."""
+"""Sources in pictures: discs for few, crosses and curves for many."""
 
 import numpy as np
 import pytest
@@ -33,7 +33,7 @@ def marks(mesh: TriangleMesh, sources: SurfacePoints) -> tuple[list, list]:
 
 
 def test_a_few_are_discs_with_labels() -> None:
-    """Vertices and points within faces, where they are; five have no labels any more."""
+    """Few sources are discs at their positions, with labels up to four."""
     sources = concatenate([vertex_points(COARSE, [5]), face_point(COARSE, 7, [0.1, 0.2, 0.7])])
     discs, curves = marks(COARSE, sources)
     assert curves == []
@@ -45,7 +45,7 @@ def test_a_few_are_discs_with_labels() -> None:
 
 
 def test_many_are_curves() -> None:
-    """The boundary of a sheet is its boundary edges, without the diagonals that cut two of its corners."""
+    """The boundary of a grid is drawn by its boundary edges, without diagonals."""
     sheet = grid(8, 8, diagonal="uniform")
     discs, (curve,) = marks(sheet, boundary_points(sheet))
     assert discs == []
@@ -54,7 +54,7 @@ def test_many_are_curves() -> None:
 
 
 def test_lone_points_among_many_are_crosses() -> None:
-    """Vertices without a neighbor, and points within faces: two short segments each, centered there, in the surface."""
+    """Isolated sources among many are crosses, centered there, in the surface."""
     ball = icosphere(3)
     lone = vertex_range(ball, 0, MOST_DISCS)  # those of the icosahedron and of its first split: far apart
     sources = concatenate([lone, face_point(ball, 700)])
@@ -69,14 +69,14 @@ def test_lone_points_among_many_are_crosses() -> None:
 
 
 def drawn(mesh: TriangleMesh, sources: SurfacePoints) -> np.ndarray:
-    """Which pixels of a plain picture of 300 by 300 the marks of the sources color."""
+    """Return the pixels that source marks color in a picture of 300 × 300."""
     discs, curves = source_marks(HeatDistance(mesh).from_sources(sources), SOURCE_COLOR)
     return ink(draw(mesh, [Panel(markers=discs, curves=curves)], (300, 300)), SOURCE_COLOR)
 
 
 @needs_opengl
 def test_disc_within_a_face_is_seen_in_its_place() -> None:
-    """On faces of a hundred pixels the disc is at the point, not at a corner."""
+    """A disc within a large face is at its point."""
     point = face_point(COARSE, 8)
     rows, columns = np.nonzero(drawn(COARSE, point))
     view = choose_view(COARSE)
@@ -87,7 +87,7 @@ def test_disc_within_a_face_is_seen_in_its_place() -> None:
 
 @needs_opengl
 def test_boundary_is_drawn_as_a_line() -> None:
-    """Ink of the sources on all four sides and nowhere else, a line wide."""
+    """Boundary sources are a thin line on all four sides."""
     seen = drawn(SHEET, boundary_points(SHEET))
     rows, columns = np.nonzero(seen)
     extent = np.ptp(rows), np.ptp(columns)
@@ -98,7 +98,7 @@ def test_boundary_is_drawn_as_a_line() -> None:
 
 @needs_opengl
 def test_curves_behind_are_not_seen() -> None:
-    """A cap of sources has ink where it faces us, none on the far side."""
+    """Sources on the far side are not visible."""
     ball = icosphere(2)
     toward = choose_view(ball).axes[2]
     front, behind = (np.flatnonzero(side * ball.vertices @ toward > 0.3) for side in (1, -1))
@@ -112,7 +112,7 @@ def test_curves_behind_are_not_seen() -> None:
 
 @needs_opengl
 def test_geodesic_picture_has_the_curves() -> None:
-    """Where heat starts and where distance does, not over the divergence."""
+    """Source curves are in the heat and distance panels, not in the divergence panel."""
     image = geodesic_picture(HeatDistance(SHEET).from_sources(boundary_points(SHEET)), size=(900, 380))
     left, middle, right = (ink(image[:, k : k + 300], SOURCE_COLOR) for k in (0, 300, 600))
     assert left.sum() > 1000
@@ -122,7 +122,7 @@ def test_geodesic_picture_has_the_curves() -> None:
 
 @needs_opengl
 def test_vector_within_a_face_stands_there() -> None:
-    """On large faces too, the large arrow is drawn about the disc, not about the middle of the face."""
+    """The large arrow of a point within a face is at that point."""
     point = face_point(COARSE, 8, [0.8, 0.1, 0.1])
     vector = turned(source_frames(COARSE, point), [45.0])
     rows, columns = np.nonzero(ink(transport_picture(transport_over_times(COARSE, point, vector, ["h2"])), ARROW_COLOR))
@@ -132,7 +132,7 @@ def test_vector_within_a_face_stands_there() -> None:
 
 @needs_opengl
 def test_arrows_of_many_sources_keep_their_distance() -> None:
-    """Along a boundary of a hundred sources stand about a dozen large arrows."""
+    """Arrows of many sources keep their distance."""
     one = transport_picture(transport_over_times(SHEET, [12], [[0, 1, 0]], ["h2"]))
     count = len(boundary_points(SHEET))
     many = transport_picture(transport_over_times(SHEET, boundary_points(SHEET), [[0, 1, 0]] * count, ["h2"]))
@@ -141,7 +141,7 @@ def test_arrows_of_many_sources_keep_their_distance() -> None:
 
 
 def test_source_point() -> None:
-    """Where a source of a report is."""
+    """A source of a report is at its position."""
     sources = concatenate([vertex_points(SHEET, [9]), face_point(SHEET, 30, [0.2, 0.3, 0.5])])
     report = VectorHeat(SHEET).from_sources(sources, [[1, 0, 0], [0, 1, 0]]).report["sources"]
     np.testing.assert_allclose([source_point(SHEET, s) for s in report], sources.positions(SHEET), atol=1e-15)

@@ -1,4 +1,4 @@
-"""The picture of transported vectors: what must be in it, and that nothing runs out of its panel."""
+"""Pictures of transported vectors: arrows, sources, panels, and nothing beyond the panel."""
 
 from itertools import pairwise
 
@@ -21,13 +21,13 @@ TITLE = 40  # rows above the stage
 
 
 def transported(sources: list[int], times: list[str], lengths: list[float] | None = None) -> Result:
-    """Vectors at those vertices of the ball, at 90° in their frames."""
+    """Transport vectors at 90° of the frames at vertices of the ball."""
     vectors = [length * tangent_at(BALL, s, 90) for s, length in zip(sources, lengths or [1.0] * 9, strict=False)]
     return transport_over_times(BALL, sources, vectors, times)
 
 
 def test_arrows_and_source_are_seen() -> None:
-    """Many arrow-colored pixels all over the ball, and those of the source near the middle, where it is."""
+    """Arrows cover the ball, and the source is near the middle."""
     image = transport_picture(transported([FRONT], ["h2"]))
     field, source = ink(image, FIELD_COLOR), ink(image, SOURCE_COLOR)
     rows, columns = np.nonzero(field)
@@ -41,7 +41,7 @@ def test_arrows_and_source_are_seen() -> None:
 @pytest.mark.parametrize("outward", [(1, 0), (-1, 0), (0, 1), (0, -1)])
 @pytest.mark.parametrize("shape", [(8, 8), (20, 8), (8, 20)])
 def test_large_arrow_stays_inside(shape: tuple[int, int], outward: tuple[int, int]) -> None:
-    """From the rim of a flat sheet straight out: as much ink as from its middle, and none at the border."""
+    """The large arrow at the border stays inside the panel."""
     sheet = grid(*shape)
     center = sheet.vertices.mean(axis=0)
     direction = np.array([*outward, 0.0])
@@ -59,7 +59,7 @@ def test_large_arrow_stays_inside(shape: tuple[int, int], outward: tuple[int, in
 
 
 def test_view_turns_to_the_sources() -> None:
-    """A source on the far side of the usual view is in sight in its picture, as a disc with its arrow."""
+    """The view turns to a source on the far side."""
     behind = int(np.argmin(BALL.vertices @ choose_view(BALL).axes[2] + np.abs(BALL.vertices[:, 1])))
     assert not visible(BALL, choose_view(BALL), [behind])[0]
     image = transport_picture(transported([behind], ["h2"]))
@@ -69,7 +69,7 @@ def test_view_turns_to_the_sources() -> None:
 
 
 def test_length_at_a_source_is_drawn() -> None:
-    """The arrow of a vector of length 1 beside one of length 3 has less ink than beside another of length 1."""
+    """The drawn length of a vector is relative to the largest."""
     beside = int(np.argsort(BALL.vertices @ BALL.vertices[FRONT])[-40])
     equal, longer = (
         ink(transport_picture(transported([FRONT, beside], ["h2"], [1.0, length])), SOURCE_COLOR).sum()
@@ -79,7 +79,7 @@ def test_length_at_a_source_is_drawn() -> None:
 
 
 def test_sources_close_together_keep_their_arrows() -> None:
-    """Two neighbors: the ink of both, not of one."""
+    """Two neighboring sources both have their arrows."""
     neighbor = int(np.argsort(BALL.vertices @ BALL.vertices[FRONT])[-2])
     one = ink(transport_picture(transported([FRONT], ["h2"])), SOURCE_COLOR).sum()
     two = ink(transport_picture(transported([FRONT, neighbor], ["h2"])), SOURCE_COLOR).sum()
@@ -88,7 +88,7 @@ def test_sources_close_together_keep_their_arrows() -> None:
 
 @pytest.mark.parametrize(("count", "columns", "rows"), [(1, 1, 1), (2, 2, 1), (3, 3, 1), (5, 4, 2)])
 def test_a_panel_for_each_time(count: int, columns: int, rows: int) -> None:
-    """As many panels as times, in rows of at most four; each names its dt, and shows its own field."""
+    """There is one panel per time, at most four in a row, each with its title and field."""
     times = [f"{10**k}*h2" for k in range(count)]
     image = transport_picture(transported([FRONT], times))
     height = image.shape[0] // rows

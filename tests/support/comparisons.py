@@ -12,7 +12,7 @@ NONE, DEFAULT = Ignored(), Tolerance()
 
 
 def arrays_on(mesh: TriangleMesh) -> Result:
-    """A mesh with an array of each kind at each place, infinity and NaN among them."""
+    """Return a mesh with an array of each kind and location, with infinity and NaN."""
     rng = np.random.default_rng(1)
     reach = rng.normal(size=mesh.n_vertices)
     reach[0], reach[1] = np.inf, np.nan
@@ -28,7 +28,7 @@ def arrays_on(mesh: TriangleMesh) -> Result:
 
 
 def planted(result: Result, name: str, index: tuple[int, ...], value: float) -> Result:
-    """The same with one value changed."""
+    """Return the result with one value changed."""
     fields = []
     for field in result.fields:
         values = np.array(field.values)
@@ -39,6 +39,6 @@ def planted(result: Result, name: str, index: tuple[int, ...], value: float) -> 
 
 
 def one(comparison: Comparison) -> Finding:
-    """The only finding that differs."""
+    """Return the only finding that differs."""
     (finding,) = comparison.different
     return finding

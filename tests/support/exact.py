@@ -22,13 +22,13 @@ Z = np.array([0.0, 0.0, 1.0])
 
 
 def smooth(points: np.ndarray) -> np.ndarray:
-    """A function with no symmetry about the axis."""
+    """Return a function without symmetry about the axis."""
     x, y, z = points.T
     return np.exp(2 * x) + x * y - z
 
 
 def turned_error(level: int, integrator: Integrator, angle: float) -> tuple[float, float]:
-    """Relative L2 error of a function carried round by that angle, and h."""
+    """Return the relative L2 error of a function carried round by an angle, and h."""
     mesh = icosphere(level)
     carried = FlowMap(mesh, rigid_field(mesh, Z), integrator).carry(smooth(mesh.vertices), angle)
     c, s = np.cos(-angle), np.sin(-angle)
@@ -43,32 +43,32 @@ WAVE_RATE = 1 - 2 / (4 * 5)
 
 
 def rossby_haurwitz(mesh: TriangleMesh, time: float = 0.0) -> np.ndarray:
-    """Exact total vorticity 2Ωz + 2 Re(x+iy)⁴, the wave turned by Ω(1 - 2/(l(l+1))) t."""
+    """Return the exact total vorticity 2Ωz + 2 Re(x+iy)⁴, the wave turned by Ω(1 - 2/(l(l+1))) t."""
     x, y, z = mesh.vertices.T
     turned = (x + 1j * y) * np.exp(-1j * WAVE_RATE * time)
     return 2 * z + 2 * (turned**4).real
 
 
 def start_of(scheme: VorticityScheme, w: np.ndarray) -> FlowState:
-    """The flow of that vorticity, with a color of zeros."""
+    """Return the flow of a vorticity, with a color of zeros."""
     model = scheme.model
     around = np.zeros(model.n_unknowns)
     return scheme.from_vorticity(model.from_vorticity(w), around, np.zeros(len(model.harmonic)), np.zeros(len(w)))
 
 
 def last(scheme: Scheme, state: FlowState, plan: Plan) -> FlowState:
-    """The state at the end of a free run."""
+    """Return the state at the end of a run without force."""
     return [moment.state for moment in run(scheme, state, plan, None)][-1]
 
 
 def wave_velocity(mesh: TriangleMesh) -> np.ndarray:
-    """Velocity of the wave at time 0."""
+    """Return the velocity of the wave at time 0."""
     scheme = ConservativeScheme(mesh)
     return scheme.velocity(start_of(scheme, rossby_haurwitz(mesh)))
 
 
 def great_circle(mesh: TriangleMesh, source: int) -> np.ndarray:
-    """Exact distance on the unit sphere."""
+    """Return exact distances on the unit sphere."""
     a, b = mesh.vertices, mesh.vertices[source]
     return np.arctan2(np.linalg.norm(np.cross(a, b), axis=1), a @ b)
 
@@ -79,7 +79,7 @@ INSIDE = [0.2, 0.3, 0.5]
 def errors(
     mesh: TriangleMesh, sources: SurfacePoints, exact: np.ndarray, time: str = "h2"
 ) -> tuple[float, float, float]:
-    """Mean error within 3 h of the sources, mean and largest farther away, all in h."""
+    """Return the mean error within 3 h of the sources, and the mean and largest error beyond, in h."""
     h = mesh.mean_edge_length
     error = np.abs(HeatDistance(mesh, time).from_sources(sources)["distance"] - exact) / h
     near = (exact > 0) & (exact < 3 * h)
@@ -88,14 +88,14 @@ def errors(
 
 
 def unfolded(mesh: TriangleMesh, sources: list[int]) -> np.ndarray:
-    """Distances from these vertices, with paths along edges for the order."""
+    """Return distances by unfolding, in the order of edge paths."""
     start = np.full(mesh.n_vertices, np.inf)
     start[sources] = 0
     return Unfolding(mesh, angle_defects(mesh))(start, edge_path_distance(mesh, np.array(sources)))
 
 
 def along_great_circles(mesh: TriangleMesh, source: int, vector: np.ndarray) -> np.ndarray:
-    """Exact transport on the unit sphere: the rotation that takes the source to each vertex; unit, tangent."""
+    """Return exact transport on the unit sphere: the rotation from the source to each vertex; unit, tangent."""
     a, x = mesh.vertices[source], mesh.vertices
     axis, cosine = np.cross(a, x), x @ a
     moved = vector * cosine[:, None] + np.cross(axis, vector)

@@ -16,16 +16,16 @@ from support.program import save_off
 
 BALL = icosphere(1)
 FINE = icosphere(2)
-#: Seven steps with a frame each three: 0, 3, 6 and the last, which is out of turn.
+#: Seven steps with a frame every three: 0, 3, 6, and the last one, which is not regular.
 SHORT = ("--dt", "0.01", "--steps", "7", "--every", "3")
-#: Long enough steps for a difference to be seen from frame to frame, of which there are four.
+#: Steps long enough for visible differences between the four frames.
 FILM = ("--dt", "0.03", "--steps", "9", "--every", "3")
 
 both = pytest.mark.parametrize("command", ["advect", "fluid"])
 
 
 def series(path: str | Path) -> list[Result]:
-    """Frames of a series, after a look at both of its indices: they agree, and name files beside them."""
+    """Return the frames of a series, after a check that both indices agree."""
     path = Path(path)
     entries = [item.attrib for item in ElementTree.parse(path).iter("DataSet")]
     index = json.loads(path.with_suffix(".vtp.series").read_text())
@@ -42,12 +42,12 @@ def series(path: str | Path) -> list[Result]:
 
 
 def times(path: str | Path) -> list[float]:
-    """Times of the frames of a series."""
+    """Return the times of the frames of a series."""
     return [float(frame["time"][0]) for frame in series(path)]
 
 
 def table(path: str | Path) -> list[dict[str, float]]:
-    """Lines of a CSV file."""
+    """Return the lines of a CSV file."""
     with open(path, newline="") as stream:
         return [{name: float(value) for name, value in row.items()} for row in csv.DictReader(stream)]
 
@@ -56,7 +56,7 @@ def table(path: str | Path) -> list[dict[str, float]]:
 
 
 def spoiled_inputs() -> None:
-    """Field files that are wrong, each in its way, and a mesh with three faces at an edge."""
+    """Write wrong field files, a non-manifold mesh and a one-sided one."""
     hole = np.ones((80, 3))
     hole[7, 1] = np.nan
     np.save("hole.npy", hole)

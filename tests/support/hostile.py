@@ -1,4 +1,4 @@
-"""Meshes that break assumptions, small enough to be built in a test: each is vertices and faces, as a file has them."""
+"""Meshes that break assumptions: one-sided, non-manifold, degenerate, very small or large; as plain arrays."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -12,7 +12,7 @@ from support.meshes import book, sheared
 
 
 def save(vertices: np.ndarray, faces: np.ndarray) -> None:
-    """m.off, and wind.npy, a field of noise on its faces."""
+    """Write m.off, and wind.npy with a random field on its faces."""
     lines = ["OFF", f"{len(vertices)} {len(faces)} 0", *(" ".join(map(repr, row)) for row in vertices.tolist())]
     lines += ["3 " + " ".join(map(str, row)) for row in faces.tolist()]
     Path("m.off").write_text("\n".join(lines) + "\n")
@@ -20,7 +20,7 @@ def save(vertices: np.ndarray, faces: np.ndarray) -> None:
 
 
 def source_of(words: str) -> int:
-    """The source that the report names."""
+    """Return the source that the report names."""
     return int(next(line for line in words.splitlines() if line.startswith("source")).split()[1])
 
 
@@ -32,17 +32,17 @@ Arrays = tuple[np.ndarray, np.ndarray]
 
 
 def arrays(mesh: TriangleMesh) -> Arrays:
-    """Vertices and faces, free to be changed."""
+    """Return writable copies of vertices and faces."""
     return mesh.vertices.copy(), mesh.faces.copy()
 
 
 def made(vertices: ArrayLike, faces: ArrayLike) -> Arrays:
-    """Plain lists as arrays."""
+    """Return lists as arrays."""
     return np.array(vertices, dtype=float), np.array(faces)
 
 
 def triangles(count: int) -> Arrays:
-    """One triangle, or two that make a square, or a fan of so many round vertex 0 that is closed from three on."""
+    """Return one triangle, two that form a square, or a closed fan round vertex 0."""
     if count <= 2:
         return made([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]][: count + 2], [[0, 1, 2], [0, 2, 3]][:count])
     angle = 2 * np.pi * np.arange(count) / count
@@ -52,17 +52,17 @@ def triangles(count: int) -> Arrays:
 
 
 def tetrahedron() -> Arrays:
-    """A regular one, of edge length √8."""
+    """Return a regular tetrahedron of edge length √8."""
     return made([[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]], [[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]])
 
 
 def bow_tie() -> Arrays:
-    """Two triangles that share vertex 0 only."""
+    """Return two triangles that share vertex 0 only."""
     return made([[0, 0, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0], [-1, -1, 0]], [[0, 1, 2], [0, 3, 4]])
 
 
 def hourglass() -> Arrays:
-    """Two spheres that touch in vertex 0, the lowest of the upper and the highest of the lower."""
+    """Return two spheres that touch in vertex 0."""
     vertices, faces = arrays(icosphere(2))
     lowest, n = int(vertices[:, 2].argmin()), len(vertices)
     upper = vertices - vertices[lowest]
@@ -73,7 +73,7 @@ def hourglass() -> Arrays:
 
 
 def touching_edge() -> Arrays:
-    """Two tetrahedra on the two sides of an edge that they share: four faces there."""
+    """Return two tetrahedra that share an edge, where four faces meet."""
     vertices, faces = tetrahedron()
     other = np.array([0, 1, 4, 5])
     mirror = vertices[[0, 1]].mean(axis=0)
@@ -81,7 +81,7 @@ def touching_edge() -> Arrays:
 
 
 def klein_bottle(n: int = 24, k: int = 12) -> Arrays:
-    """The figure-eight immersion: closed, one-sided, through itself."""
+    """Return a figure-eight Klein bottle: closed, one-sided, self-intersecting."""
     vertices, faces = [], []
     for i in range(n):
         u = 2 * np.pi * i / n
@@ -102,7 +102,7 @@ def klein_bottle(n: int = 24, k: int = 12) -> Arrays:
 
 
 def turned(mesh: Arrays, every: int = 3) -> Arrays:
-    """The same with one face in so many upside down."""
+    """Flip every k-th face."""
     vertices, faces = mesh
     faces = faces.copy()
     faces[::every] = faces[::every, ::-1]
@@ -110,44 +110,44 @@ def turned(mesh: Arrays, every: int = 3) -> Arrays:
 
 
 def doubled(mesh: Arrays, which: slice, flip: bool = False) -> Arrays:
-    """The same with some faces twice, the second time perhaps upside down."""
+    """Duplicate some faces, flipped on request."""
     vertices, faces = mesh
     again = np.roll(faces[which], 1, axis=1)
     return vertices, np.concatenate([faces, again[:, ::-1] if flip else again])
 
 
 def loose(mesh: Arrays, where: int, point: ArrayLike = (9.0, 9.0, 9.0)) -> Arrays:
-    """The same with a vertex of no face at that place of the list."""
+    """Insert a vertex without faces."""
     vertices, faces = mesh
     return np.insert(vertices, where, np.asarray(point), axis=0), faces + (faces >= where)
 
 
 def soup(mesh: Arrays) -> Arrays:
-    """Every triangle on its own: no two share a vertex."""
+    """Separate all triangles."""
     vertices, faces = mesh
     return vertices[faces].reshape(-1, 3), np.arange(3 * len(faces)).reshape(-1, 3)
 
 
 def joined(*meshes: Arrays) -> Arrays:
-    """All in one, side by side in the list."""
+    """Join meshes side by side."""
     starts = np.cumsum([0, *(len(vertices) for vertices, _ in meshes)])
     faces = [faces + start for (_, faces), start in zip(meshes, starts, strict=False)]
     return np.concatenate([vertices for vertices, _ in meshes]), np.concatenate(faces)
 
 
 def moved(mesh: Arrays, scale: float = 1.0, offset: float = 0.0) -> Arrays:
-    """The same larger, smaller or elsewhere."""
+    """Scale and translate a mesh."""
     return mesh[0] * scale + offset, mesh[1]
 
 
 def needle(height: float) -> Arrays:
-    """A square cut in four with its middle vertex pushed to that height over one side: one face that flat."""
+    """Return a square with a middle vertex at a height above one side, which gives one flat face."""
     corners = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0.4, height, 0]]
     return made(corners, [[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]])
 
 
 def flat_vertex() -> Arrays:
-    """A grid with one vertex pulled onto its neighbor: faces without area, edges without length."""
+    """Return a grid with one vertex moved onto its neighbor: faces of zero area, edges of zero length."""
     vertices, faces = arrays(grid(5, 5))
     vertices[14] = vertices[15]
     return vertices, faces

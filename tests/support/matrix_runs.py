@@ -14,7 +14,7 @@ ALL = "geodesic mesh.off --time h2 --all-pairs -o D.npy"
 
 
 def expected(**options: Any) -> np.ndarray:
-    """All distances, one source after the other."""
+    """Return all distances, one source after the other."""
     solver = HeatDistance(MESH, "h2", **options)
     return np.stack([solver.from_vertices([v])["distance"] for v in range(MESH.n_vertices)])
 
@@ -23,7 +23,7 @@ def expected(**options: Any) -> np.ndarray:
 
 
 def stopping(at: int, stop: Callable[[], object]) -> Callable[..., Any]:
-    """`HeatDistance.rows` that comes to an end at one of its calls."""
+    """Return a `HeatDistance.rows` that stops at one of its calls."""
     rows, calls = HeatDistance.rows, []
 
     def stopped(self: HeatDistance, queries: Any) -> Any:

@@ -9,13 +9,13 @@ from geomhw.mesh.triangle_mesh import TriangleMesh
 
 
 def crumpled(mesh: TriangleMesh, seed: int = 5) -> TriangleMesh:
-    """The same connectivity with every vertex shaken by a fifth of an edge: no symmetry to hide behind."""
+    """Move every vertex at random, by a fifth of an edge."""
     noise = np.random.default_rng(seed).normal(size=mesh.vertices.shape)
     return TriangleMesh(mesh.vertices + 0.2 * mesh.mean_edge_length * noise, mesh.faces)
 
 
 def two_spheres() -> TriangleMesh:
-    """Two components and, between them, a vertex that no face uses."""
+    """Return two spheres and a vertex without faces."""
     ball = icosphere(2)
     n = ball.n_vertices
     vertices = np.concatenate([ball.vertices, [[9.0, 9.0, 9.0]], ball.vertices * 0.5 + [4.0, 0.0, 0.0]])
@@ -23,20 +23,20 @@ def two_spheres() -> TriangleMesh:
 
 
 def annulus() -> TriangleMesh:
-    """A flat square with a square hole: two boundary loops."""
+    """Return a flat square with a square hole: two boundary loops."""
     square = grid(9, 9)
     inside = np.abs(square.face_centers[:, :2] - square.vertices.mean(axis=0)[:2]).max(axis=1) < 0.17
     return TriangleMesh(square.vertices, square.faces[~inside])
 
 
 def sheared(cells: int = 12, shear: float = 20.0) -> TriangleMesh:
-    """A flat parallelogram of slivers."""
+    """Return a flat parallelogram of slivers."""
     square = grid(cells, cells)
     return TriangleMesh(square.vertices + shear * square.vertices[:, [1, 2, 2]], square.faces)
 
 
 def book(pages: int = 3, cells: int = 6) -> TriangleMesh:
-    """Square pages that share a spine, the z axis; page p takes the vertices after those of page p-1 but the spine."""
+    """Return square pages that share an edge on the z axis, page by page."""
     square = grid(cells, cells)
     x, z = square.vertices[:, 0], square.vertices[:, 1]
     angle = 2 * np.pi * np.arange(pages)[:, None] / pages
@@ -49,7 +49,7 @@ def book(pages: int = 3, cells: int = 6) -> TriangleMesh:
 
 
 def split_diagonals(cells: int = 16) -> TriangleMesh:
-    """A flat unit square whose diagonals have a vertex in the middle on one side only: a face without area in each."""
+    """Return a flat square whose diagonals have a vertex on one side only: a face of zero area at each."""
     square = grid(cells, cells, diagonal="uniform")
     below, above = square.faces[::2], square.faces[1::2]
     a, c, d = above.T
@@ -79,23 +79,18 @@ _built: dict[str, TriangleMesh] = {}
 
 
 def zoo_mesh(name: str) -> TriangleMesh:
-    """That mesh of the zoo, built once."""
+    """Return a mesh of the zoo, built once."""
     if name not in _built:
         _built[name] = ZOO[name]()
     return _built[name]
 
 
 def spiky() -> TriangleMesh:
-    """A sphere whose vertices stand out at random: its Delaunay triangulation has edges from a vertex to itself."""
+    """Return a sphere with random radii: its Delaunay triangulation has edges from a vertex to itself."""
     ball = icosphere(3)
     return TriangleMesh(ball.vertices * np.random.default_rng(0).uniform(1, 2, (ball.n_vertices, 1)), ball.faces)
 
 
-def some_field(mesh: TriangleMesh) -> np.ndarray:
-    """A fixed smooth face field that turns and moves with nothing: pure numbers of each face."""
-    return np.cross(mesh.face_normals, [0.3, -0.5, 0.8])
-
-
 def volume(mesh: TriangleMesh) -> float:
-    """Enclosed volume by the divergence theorem; positive where faces look outward."""
+    """Return the enclosed volume by the divergence theorem; positive for outward faces."""
     return float(np.einsum("f,fx,fx->", mesh.face_areas, mesh.face_normals, mesh.face_centers)) / 3

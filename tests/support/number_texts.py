@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from geomhw.mesh.triangle_mesh import TriangleMesh
 
 DIGITS = st.text("0123456789", min_size=1, max_size=25)
-#: As people and programs write them: ``-0.5``, ``7``, ``12.``, ``.25``, ``1e-5``, twenty digits and more.
+#: Usual spellings: ``-0.5``, ``7``, ``12.``, ``.25``, ``1e-5``, and more than twenty digits.
 WRITTEN = st.builds(
     lambda sign, whole, rest, power: f"{sign}{whole}{rest}{power}",
     st.sampled_from(["", "", "-", "+"]),
@@ -23,7 +23,7 @@ def bits(tokens: list[str]) -> bytes:
 
 
 def as_text(mesh: TriangleMesh, form: str) -> str:
-    """A mesh in a text format, all digits."""
+    """Return a mesh in a text format, with all digits."""
     points = [" ".join(map(repr, row)) for row in mesh.vertices.tolist()]
     faces = mesh.faces.tolist()
     n, m = mesh.n_vertices, mesh.n_faces

@@ -12,7 +12,7 @@ ARROWS = 12
 
 
 def drawing(sampling: int = 4, without: int | None = None, text: str = "distance −0.05", shift: float = 0.0):
-    """A shaded disc with arrows on it, thin lines and a label, (h, w, 4), at so many samples squared in each pixel."""
+    """Return a picture of a disc with arrows, thin lines and a label, at a number of samples per pixel and axis."""
     width, height = SIZE
     offsets = (np.arange(sampling) + 0.5) / sampling
     x = (np.arange(width)[:, None] + offsets).ravel()[None, :]
@@ -38,7 +38,7 @@ def drawing(sampling: int = 4, without: int | None = None, text: str = "distance
 
 
 def _stroke(x, y, begin, end, radius: float):
-    """Samples within a radius of a segment."""
+    """Return the samples within a radius of a segment."""
     (a, b), (c, d) = begin, end
     along = np.clip(((x - a) * (c - a) + (y - b) * (d - b)) / ((c - a) ** 2 + (d - b) ** 2), 0, 1)
     return np.hypot(x - a - along * (c - a), y - b - along * (d - b)) < radius

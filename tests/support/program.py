@@ -14,7 +14,7 @@ from support.messages import missing
 
 
 def run(*arguments: str | Path) -> Result:
-    """The program's answer; anything but a clean exit of its own is an error of the test."""
+    """Run the program and return its answer; exceptions other than a clean exit are raised."""
     answer = CliRunner().invoke(program, [str(argument) for argument in arguments])
     if answer.exception is not None and not isinstance(answer.exception, SystemExit):
         raise answer.exception
@@ -22,7 +22,7 @@ def run(*arguments: str | Path) -> Result:
 
 
 def save_off(mesh: TriangleMesh, name: str = "ball.off") -> Path:
-    """The mesh as an OFF file."""
+    """Write a mesh as an OFF file."""
     lines = ["OFF", f"{mesh.n_vertices} {mesh.n_faces} 0"]
     lines += [" ".join(map(repr, row)) for row in mesh.vertices.tolist()]
     lines += [f"3 {a} {b} {c}" for a, b, c in mesh.faces.tolist()]
@@ -31,12 +31,12 @@ def save_off(mesh: TriangleMesh, name: str = "ball.off") -> Path:
 
 
 def files(folder: Path) -> list[str]:
-    """Names in the folder, hidden ones too."""
+    """Return the names in a folder, hidden ones too."""
     return sorted(path.name for path in folder.iterdir())
 
 
 def one_line(answer: Answer, *words: str) -> None:
-    """A failure told in one line on stderr, with these words, and nothing on stdout."""
+    """Check for exit code 1, one line on stderr with these keywords, and nothing on stdout."""
     assert answer.exit_code == 1
     assert answer.stdout == ""
     (line,) = answer.stderr.strip().splitlines()
@@ -45,13 +45,13 @@ def one_line(answer: Answer, *words: str) -> None:
 
 
 def contents(folder: Path) -> dict[str, bytes]:
-    """Every file of a folder."""
+    """Return every file of a folder."""
     return {path.name: path.read_bytes() for path in folder.iterdir()}
 
 
 @contextmanager
 def files_no_larger_than(size: int) -> Iterator[None]:
-    """Writing beyond so many bytes fails in the middle of a file, as on a full disk."""
+    """Make writing beyond a size fail, as on a full disk."""
     former = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (size, former[1]))
     try:

@@ -10,6 +10,6 @@ needs_reference = pytest.mark.skipif(not REFERENCE, reason="GEOMHW_REFERENCE nam
 
 
 def reference(path: str) -> Path:
-    """A file of the reference folder; only in tests marked ``needs_reference``."""
+    """Return a file of the reference folder; only in tests marked ``needs_reference``."""
     assert REFERENCE
     return REFERENCE / path

@@ -6,17 +6,17 @@ from geomhw.mesh.primitives import icosphere
 from geomhw.results import Cloud, Field, Result
 
 BALL = icosphere(0)
-#: Numbers that need all their digits, or few.
+#: Numbers that need all their digits, and short ones.
 DOUBLES = [0.1, 1 / 3, 0.1 + 0.2, 5e-324, -1.7976931348623157e308, 1e22, 0.0, -0.0, 3.0]
 
 
 def frame(value: float) -> Result:
-    """One value everywhere."""
+    """Return a result with one value everywhere."""
     return Result(BALL, [Field("u", "vertex", np.full(12, value))])
 
 
 def points(value: float) -> Cloud:
-    """Three points with arrays of all kinds, a wide one too."""
+    """Return three points with arrays of all kinds."""
     fields = [
         Field("u", "vertex", np.full(3, value)),
         Field("id", "vertex", np.arange(3, dtype=np.int32)),
@@ -30,7 +30,7 @@ def points(value: float) -> Cloud:
 
 
 def pictures(count: int = 4, size: tuple[int, int] = (41, 63)) -> list[np.ndarray]:
-    """A white bar that moves over a red and blue ground."""
+    """Return pictures of a white bar that moves over red and blue."""
     images = []
     for k in range(count):
         image = np.zeros((*size, 3), dtype=np.uint8)
