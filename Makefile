@@ -18,7 +18,7 @@ demo: $(VENV)/.installed
 # As many processes as cores, so one thread each for algebra (OpenBLAS) and for pictures (Mesa's llvmpipe).
 # Those that are done first take over half of what others have left; until then neighbors stay together, and share fixtures.
 # The program is compiled beforehand: its tests start it hundreds of times, and each would compile it anew where
-# PYTHONDONTWRITEBYTECODE is set. A file alone is sooner done without all this: python -m pytest tests/test_mesh.py
+# PYTHONDONTWRITEBYTECODE is set. A file alone is sooner done without all this: python -m pytest tests/identities/test_mesh.py
 test: $(VENV)/.developing
 	$(BIN)/python -m compileall -q geomhw cli
 	OPENBLAS_NUM_THREADS=1 LP_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses auto --dist worksteal
@@ -38,7 +38,7 @@ bench: $(BENCH)/.installed
 	OPENBLAS_NUM_THREADS=1 $(BENCH)/bin/python tests/benchmarks/files.py
 	OPENBLAS_NUM_THREADS=1 $(BENCH)/bin/python tests/benchmarks/many_sources.py
 
-# Renews the results that tests/test_golden.py compares with: after a change that is meant.
+# Renews the results that tests/docs/test_golden.py compares with: after a change that is meant.
 golden: $(VENV)/.developing
 	$(MAKE) --no-print-directory -C examples/golden renew GEOMHW=$(abspath $(BIN)/geomhw)
 

@@ -10,10 +10,6 @@ import meshio
 import numpy as np
 import scipy.io
 import scipy.sparse as sp
-import test_io_obj
-import test_io_off
-import test_io_ply
-import test_io_vtk
 from PIL import Image
 from vtkmodules.vtkIOGeometry import vtkSTLWriter
 from vtkmodules.vtkIOLegacy import vtkPolyDataWriter, vtkUnstructuredGridWriter
@@ -23,6 +19,7 @@ from geomhw.io import write, write_cloud
 from geomhw.io.artifacts.checkpoint import write_checkpoint
 from geomhw.io.artifacts.series import SeriesWriter
 from geomhw.results import Cloud, Field
+from support import obj_files, off_files, ply_files, vtk_files
 
 CORPUS = Path(__file__).resolve().parent / "corpus"
 SU2 = """NDIME= 3
@@ -49,17 +46,17 @@ def _folder(target: str) -> Path:
 
 def texts() -> None:
     """The dialects of OFF, OBJ and PLY that the tests of their readers know."""
-    for target, dialects in (("off", test_io_off.SAME), ("obj", test_io_obj.SAME)):
+    for target, dialects in (("off", off_files.SAME), ("obj", obj_files.SAME)):
         for dialect, text in dialects.items():
             (_folder(target) / f"{dialect.replace(' ', '_')}.{target}").write_bytes(text.encode())
-    for form, body in test_io_ply.BODIES.items():
-        (_folder("ply") / f"{form}.ply").write_bytes(test_io_ply.HEADER.format(form=form).encode() + body)
+    for form, body in ply_files.BODIES.items():
+        (_folder("ply") / f"{form}.ply").write_bytes(ply_files.HEADER.format(form=form).encode() + body)
 
 
 def ours() -> None:
     """What this project's writers write."""
     for extension in ("vtk", "vtp", "vtu", "ply"):
-        write(test_io_vtk.RESULT, _folder(extension) / f"ours.{extension}")
+        write(vtk_files.RESULT, _folder(extension) / f"ours.{extension}")
     cloud = Cloud(np.eye(3), [Field("id", "vertex", np.arange(3)), Field("past_times", "mesh", np.array([0.1, 0.2]))])
     write_cloud(cloud, _folder("cloud") / "points.vtp")
     write_checkpoint(_folder("state") / "state.npz", {"step": 3, "run": {"dt": 0.1}}, {"color": np.arange(4.0)})
@@ -67,7 +64,7 @@ def ours() -> None:
     made.mkdir()
     writer = SeriesWriter(made / "run.pvd")
     for k in range(2):
-        writer.add(k / 10, test_io_vtk.RESULT, cloud)
+        writer.add(k / 10, vtk_files.RESULT, cloud)
     shutil.copy(made / "run.pvd", made.parent)
     shutil.rmtree(made)
 
@@ -84,7 +81,7 @@ def of_vtk() -> None:
             ("Appended", "ZLib"),
         ):
             writer = writer_type()
-            writer.SetInputData(test_io_vtk.as_vtk(extension))
+            writer.SetInputData(vtk_files.as_vtk(extension))
             writer.SetFileName(str(_folder(extension) / f"{mode}_{compressor}.{extension}"))
             getattr(writer, f"SetDataModeTo{mode.removesuffix('Raw')}")()
             writer.SetEncodeAppendedData(not mode.endswith("Raw"))
@@ -94,14 +91,14 @@ def of_vtk() -> None:
         for version in (42, 51):
             for mode in ("ASCII", "Binary"):
                 writer = writer_type()
-                writer.SetInputData(test_io_vtk.as_vtk(kind))
+                writer.SetInputData(vtk_files.as_vtk(kind))
                 writer.SetFileName(str(_folder("vtk") / f"{kind}_{version}_{mode}.vtk"))
                 writer.SetFileVersion(version)
                 getattr(writer, f"SetFileTypeTo{mode}")()
                 writer.Write()
     for mode in ("ASCII", "Binary"):
         writer = vtkSTLWriter()
-        writer.SetInputData(test_io_vtk.as_vtk("vtp"))
+        writer.SetInputData(vtk_files.as_vtk("vtp"))
         writer.SetFileName(str(_folder("stl") / f"{mode}.stl"))
         getattr(writer, f"SetFileTypeTo{mode}")()
         writer.Write()

@@ -1,0 +1,226 @@
+"""``geodesic``, ``helmholtz`` and ``info``: their files, reports and options. Each test reads the files back."""
+
+import json
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from geomhw.compare import Ignored, Tolerance, compare_named
+from geomhw.io import read, write
+from geomhw.io.artifacts.table import read_csv
+from geomhw.mesh.primitives import grid, icosphere
+from geomhw.mesh.triangle_mesh import TriangleMesh
+from geomhw.results import Field
+from geomhw.results import Result as MeshResult
+from geomhw_cli.main import program
+from support.meshes import split_diagonals, zoo_mesh
+from support.messages import missing
+from support.pictures import needs_opengl
+from support.program import run, save_off
+from support.reference import needs_reference, reference
+
+pytestmark = pytest.mark.usefixtures("folder")
+
+
+def test_geodesic_by_default(folder: Path) -> None:
+    """By default ``geodesic`` writes VTK and PNG with default names, and a report in words."""
+    save_off(icosphere(2))
+    answer = run("geodesic", "ball.off")
+    assert answer.exit_code == 0
+    assert sorted(p.name for p in folder.iterdir()) == [
+        "ball.geodesic.png",
+        "ball.geodesic.vtk",
+        "ball.off",
+    ]
+    assert "farthest" in answer.stdout
+    assert "ball.geodesic.vtk" in answer.stdout
+    assert answer.stderr == ""
+    names = {(field.name, field.location) for field in read("ball.geodesic.vtk").fields}
+    assert names == {
+        ("heat", "vertex"),
+        ("divergence", "vertex"),
+        ("distance", "vertex"),
+        ("heat_gradient", "face"),
+        ("direction", "face"),
+    }
+
+
+@needs_reference
+@pytest.mark.parametrize("source", [["--source", "868"], []])
+def test_geodesic_golden(source: list[str]) -> None:
+    """The values in the file equal those of an independent implementation, with the handout's default source."""
+    mesh = reference("meshes/closed/moomoo.off")
+    answer = run("geodesic", mesh, *source, "-o", "m.vtk", "--json")
+    golden = read_csv(reference("golden/moomoo_geodesic.csv"))
+    written = {field.name: field.values for field in read("m.vtk").fields if field.location == "vertex"}
+    findings = compare_named("vertex", golden, written, Tolerance(), Ignored())
+    assert [finding.name for finding in findings] == ["heat", "divergence", "distance"]
+    assert all(finding.same for finding in findings), findings
+    report = json.loads(answer.stdout)
+    assert report["farthest"]["vertex"] == 765
+    assert report["farthest"]["distance"] == pytest.approx(66.9407437317, abs=1e-9)
+    assert report["sources"] == [868]
+    assert not Path("m.png").exists()
+
+
+def test_geodesic_report_is_json() -> None:
+    """``--json`` prints command, mesh, parameters with defaults, answers, files and seconds."""
+    save_off(icosphere(2))
+    report = json.loads(run("geodesic", "ball.off", "--source", "3", "--source", "5", "-o", "b.ply", "--json").stdout)
+    assert report["command"] == "geodesic"
+    assert report["mesh"]["vertices"] == 162
+    assert report["mesh"]["genus"] == 0
+    assert report["sources"] == [3, 5]
+    assert report["time"]["asked"] == "auto"
+    assert report["files"] == ["b.ply"]
+    assert set(report["seconds"]) == {"read", "compute", "write"}
+    profile = report["profile"]["seconds"]
+    assert {"connectivity", "assembly", "paths along edges", "heat", "distance"} < set(profile)
+    assert sum(profile.values()) < report["seconds"]["compute"] + 1e-3
+
+
+def test_quiet_says_nothing() -> None:
+    """``-q`` prints nothing on stdout and stderr."""
+    save_off(icosphere(1))
+    answer = run("geodesic", "ball.off", "-q", "--no-png")
+    assert answer.output == ""
+    assert Path("ball.geodesic.vtk").exists()
+    assert not Path("ball.geodesic.png").exists()
+
+
+def test_several_outputs_hold_the_same() -> None:
+    """All formats of a repeated ``-o`` hold the same numbers."""
+    save_off(icosphere(1))
+    run("geodesic", "ball.off", "-o", "a.vtk", "-o", "a.vtp", "-o", "a.vtu", "-o", "a.ply")
+    first = read("a.vtk")
+    for other in ("a.vtp", "a.vtu", "a.ply"):
+        again = read(other)
+        for field in first.fields:
+            np.testing.assert_array_equal(again[field.name], field.values)
+
+
+def test_bytes_repeat() -> None:
+    """Two runs write the same bytes, data and picture."""
+    save_off(icosphere(2))
+    for k in (1, 2):
+        run("geodesic", "ball.off", "-o", f"{k}.vtk", "-o", f"{k}.vtp", "-o", f"{k}.ply", "--png", f"{k}.png")
+    for extension in ("vtk", "vtp", "ply", "png"):
+        assert Path(f"1.{extension}").read_bytes() == Path(f"2.{extension}").read_bytes()
+
+
+def test_other_component_is_reported() -> None:
+    """Unreachable vertices are inf in the file, and a warning counts those that have faces."""
+    save_off(zoo_mesh("two_spheres"))
+    answer = run("geodesic", "ball.off", "--source", "0", "--no-png")
+    assert "162 vertices" in answer.stdout
+    assert np.isinf(read("ball.geodesic.vtk")["distance"]).sum() == 163
+    report = json.loads(run("geodesic", "ball.off", "--source", "0", "--no-png", "--json").stdout)
+    (remark,) = report["remarks"]
+    assert not missing(remark, "warning ... 162 vertices ... source ... inf")
+    assert json.loads(run("geodesic", "ball.off", "--source", "0,200", "--no-png", "--json").stdout)["remarks"] == []
+
+
+def test_unreferenced_vertex_is_computed_on() -> None:
+    """A vertex without faces keeps its place in the output, with distance inf."""
+    ball = icosphere(1)
+    vertices = np.insert(ball.vertices, 5, [9, 9, 9], axis=0)
+    save_off(TriangleMesh(vertices, ball.faces + (ball.faces >= 5)))
+    answer = run("geodesic", "ball.off", "--source", "0", "--no-png")
+    assert answer.exit_code == 0
+    distance = read("ball.geodesic.vtk")["distance"]
+    assert len(distance) == 43
+    assert np.flatnonzero(np.isinf(distance)).tolist() == [5]
+
+
+def test_geodesic_refined_and_boundary() -> None:
+    """On a square, ``--refine`` is exact and ``--boundary average`` reduces the error; the report names both."""
+    square = grid(12, 12)
+    save_off(square, "square.off")
+    exact = np.linalg.norm(square.vertices - square.vertices[20], axis=1)
+    errors = {}
+    for option in ("--no-refine", "--boundary=average", "--refine"):
+        answer = run("geodesic", "square.off", "--source", "20", option, "-o", "a.vtu", "--json")
+        report = json.loads(answer.stdout)
+        assert report["refined"] == (option == "--refine")
+        assert report["boundary"] == ("average" if "average" in option else "neumann")
+        errors[option] = np.abs(read("a.vtu")["distance"] - exact).max()
+    for solver in ("auto", "multigrid", "direct"):
+        report = json.loads(run("geodesic", "square.off", "--solver", solver, "--json").stdout)
+        assert report["solver"] == ("multigrid" if solver == "multigrid" else "direct")
+    assert errors["--refine"] < 1e-12 < errors["--boundary=average"] < errors["--no-refine"]
+
+
+def test_geodesic_robust() -> None:
+    """``--robust`` accepts faces of zero area, and reports flips, rounds and mollification."""
+    save_off(split_diagonals(8))
+    refused = run("geodesic", "ball.off")
+    assert refused.exit_code == 1
+    assert "--robust" in refused.stderr
+    report = json.loads(run("geodesic", "ball.off", "--robust", "-o", "a.vtk", "--json").stdout)["robust"]
+    assert set(report) == {"edge_flips", "flip_rounds", "sheets", "mollification", "mean_edge_length"}
+    assert report["edge_flips"] >= 2 * 64
+    assert report["mollification"] > 0
+    assert np.isfinite(read("a.vtk")["distance"]).all()
+    words = run("geodesic", "ball.off", "--robust").stdout
+    assert f"edge flips {report['edge_flips']}, rounds {report['flip_rounds']}, both sides of the mesh" in words
+    assert "robust" not in json.loads(run("geodesic", str(save_off(icosphere(1), "b.off")), "--json").stdout)
+
+
+def test_helmholtz() -> None:
+    """The parts in the file sum to the field; the report holds their shares of the energy."""
+    ball = icosphere(2)
+    save_off(ball)
+    V = np.cross([0.0, 0.0, 1.0], ball.face_centers)
+    write(MeshResult(ball, [Field("wind", "face", V)]), "wind.vtp")
+    answer = run("helmholtz", "ball.off", "--field", "wind.vtp:wind", "--json")
+    assert answer.exit_code == 0
+    parts = read("ball.helmholtz.vtk")
+    np.testing.assert_allclose(parts["curl_free"] + parts["coexact"] + parts["harmonic"], parts["field"], atol=1e-12)
+    assert json.loads(answer.stdout)["energy_shares"]["coexact"] > 0.99
+    assert Path("ball.helmholtz.png").exists()
+
+
+def test_info() -> None:
+    """``info`` prints the mesh summary in words and as JSON."""
+    save_off(zoo_mesh("torus"))
+    assert json.loads(run("info", "ball.off", "--json").stdout)["mesh"]["genus"] == 1
+    lines = run("info", "ball.off").stdout.splitlines()
+    assert any(line.split() == ["genus", "1"] for line in lines)
+
+
+@pytest.mark.parametrize("command", [["geomhw"], [sys.executable, "-m", "geomhw_cli"]])
+def test_installed_program(command: list[str]) -> None:
+    """Both ways to start the installed program print JSON only on stdout."""
+    save_off(icosphere(1))
+    beside = Path(sys.executable).parent / command[0]
+    command = [str(beside) if beside.exists() else command[0], *command[1:]]
+    done = subprocess.run([*command, "geodesic", "ball.off", "--json"], capture_output=True, text=True, check=True)
+    assert json.loads(done.stdout)["farthest"]["vertex"] >= 0
+    assert done.stderr == ""
+
+
+@needs_opengl
+def test_panels_and_width() -> None:
+    """The picture has the requested panels at the requested width; an unknown panel is refused with the list."""
+    save_off(icosphere(2))
+    asked = ["--panel", "gradient", "--panel", "divergence", "--width", "150"]
+    assert run("geodesic", "ball.off", *asked).exit_code == 0
+    with Image.open("ball.geodesic.png") as picture:
+        assert picture.size[0] == 300
+    refused = run("geodesic", "ball.off", "--panel", "flux")
+    assert refused.exit_code == 2
+    assert "'gradient'" in refused.stderr
+    assert run("geodesic", "ball.off", "--width", "3").exit_code == 2
+
+
+@pytest.mark.parametrize("command", list(program.commands))
+def test_help_has_an_example(command: str) -> None:
+    """The help of each command has an example line."""
+    answer = run(command, "--help")
+    assert answer.exit_code == 0
+    assert re.search(rf"^  Examples?\b[^\n]*:\n(    geomhw .*\n)*    geomhw {command} ", answer.stdout, re.MULTILINE)

@@ -1,0 +1,100 @@
+"""``--source`` refuses wrong specs, files and indices."""
+
+from pathlib import Path
+
+import pytest
+from click import UsageError
+
+from geomhw.errors import FormatError
+from geomhw.mesh.primitives import grid, icosphere
+from geomhw_cli.specs.sources import SourceSpecs
+from support.messages import missing
+from support.program import run, save_off
+
+BALL, SHEET = icosphere(2), grid(6, 6)
+
+
+@pytest.fixture(autouse=True)
+def folder(folder: Path) -> Path:
+    """Each test has an own working folder with a ball and a sheet in it."""
+    save_off(BALL, "ball.off")
+    save_off(SHEET, "sheet.off")
+    return folder
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "top",
+        "1.5",
+        "1,,2",
+        "face:",
+        "face:1:0.5,0.5",
+        "face:1:0.2,0.3,0.4,0.1",
+        "near:0,1",
+        "near:nan,0,0",
+        "max-w",
+        "12-",
+        "boundary2",
+        "12,@f.txt",
+    ],
+)
+def test_no_source(text: str) -> None:
+    """Text that is no source is refused before the mesh is read."""
+    with pytest.raises(UsageError, match="is no source; give"):
+        SourceSpecs.parse([text])
+
+
+def test_range_runs_forward() -> None:
+    """A range from larger to smaller is refused."""
+    with pytest.raises(UsageError, match="'44-40' runs backward"):
+        SourceSpecs.parse(["44-40"])
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        (None, "no such file"),
+        (b"", "empty file"),
+        (b"# nothing\n\n", "nothing but blank lines"),
+        (b"1\n2 # two\n\n3 three\n", "line 4 ... 'three'"),
+        (b"1\n@other.txt\n", "line 2 ... '@other.txt' is no source"),
+        (b"1\n9-3\n", "line 2 ... '9-3' ... backward"),
+        (b"\xff\xfe1\n", "no text file"),
+    ],
+)
+def test_bad_file(content: bytes | None, words: str) -> None:
+    """The message names the file and the line."""
+    if content is not None:
+        Path("s.txt").write_bytes(content)
+    with pytest.raises(FormatError) as caught:
+        SourceSpecs.parse(["@s.txt"])
+    assert not missing(str(caught.value), f"s.txt ... {words}")
+
+
+@pytest.mark.parametrize("command", ["geodesic", "vecdiffuse"])
+@pytest.mark.parametrize(
+    ("mesh", "arguments", "code", "words"),
+    [
+        ("ball.off", ["boundary"], 1, "the mesh has no boundary"),
+        ("ball.off", ["162"], 1, "source 162 is not a vertex ... 0 to 161"),
+        ("ball.off", ["3-99999999999999"], 1, "source 99999999999999 is not a vertex"),
+        ("ball.off", ["face:320"], 1, "face 320 ... 320 faces ... 0 to 319"),
+        ("ball.off", ["face:1:0.5,0.6,-0.1"], 1, "none may be negative"),
+        ("ball.off", ["face:1:0.5,0.6,0.1"], 1, "sum to 1.2"),
+        ("ball.off", ["@far.txt"], 1, "far.txt, line 3 ... source 900"),
+        ("ball.off", ["@none.txt"], 1, "none.txt ... no such file"),
+        ("ball.off", ["3;4"], 2, "'3;4' is no source"),
+    ],
+)
+def test_refused(command: str, mesh: str, arguments: list[str], code: int, words: str, folder: Path) -> None:
+    """Each wrong source gives one line and the right exit code, and no file is written."""
+    Path("far.txt").write_text("1\n\n900 # far\n")
+    before = sorted(path.name for path in folder.iterdir())
+    answer = run(command, mesh, "--source", *arguments)
+    assert answer.exit_code == code
+    assert answer.stdout == ""
+    assert not missing(answer.stderr.strip().splitlines()[-1], words)
+    assert code == 2 or len(answer.stderr.strip().splitlines()) == 1
+    assert sorted(path.name for path in folder.iterdir()) == before

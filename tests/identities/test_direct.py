@@ -1,0 +1,70 @@
+"""Factorizations: exact against dense algebra, in blocks as alone, refused where singular."""
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+
+from geomhw.errors import ConvergenceError
+from geomhw.operators import backward_euler, complex_connection_stiffness, stiffness
+from geomhw.solvers.direct import BLOCK, DirectSolver, SparseLU
+from geomhw.solvers.nullspace import balanced, free_unknowns
+from support.meshes import ZOO, zoo_mesh
+
+
+def systems(name: str) -> dict[str, sp.csr_array]:
+    """Real, complex and unsymmetric systems on a mesh of the zoo; unused vertices have rows of their own."""
+    mesh = zoo_mesh(name)
+    areas = np.where(mesh.vertex_areas > 0, mesh.vertex_areas, 1.0)
+    t = mesh.mean_edge_length**2
+    A = backward_euler(areas, stiffness(mesh), t)
+    scale = np.exp(0.3 * np.sin(np.arange(mesh.n_vertices)))
+    found = {"real": A, "scaled": sp.csr_array(A.multiply(scale[:, None] / scale))}
+    if mesh.is_orientable:
+        found["complex"] = backward_euler(areas, complex_connection_stiffness(mesh), t)
+    return found
+
+
+@pytest.mark.parametrize("name", sorted(ZOO))
+def test_solutions_are_those_of_dense_algebra(name: str) -> None:
+    """One right-hand side, a few, and a block of them, real and complex, to rounding."""
+    rng = np.random.default_rng(0)
+    for A in systems(name).values():
+        solve, dense = SparseLU(A), A.toarray()
+        for shape in ((), (3,), (BLOCK + 1,)):
+            real, imaginary = rng.normal(size=(2, A.shape[0], *shape))
+            for b in (real, real + 1j * imaginary):
+                expected = np.linalg.solve(dense, b)
+                np.testing.assert_allclose(solve(b), expected, rtol=0, atol=1e-12 * np.abs(expected).max())
+
+
+def test_columns_of_a_block_are_solutions_alone() -> None:
+    """A block is solved by compiled loops, one column by SuperLU; they agree to rounding, for real and complex."""
+    rng = np.random.default_rng(1)
+    for A in systems("crumpled_torus").values():
+        b = rng.normal(size=(A.shape[0], 40)).astype(A.dtype)
+        solve = SparseLU(A)
+        x = solve(b)
+        for column in (0, 17, 39):
+            np.testing.assert_allclose(x[:, column], solve(b[:, column]), rtol=1e-12, atol=1e-14 * np.abs(x).max())
+
+
+def test_held_unknowns_are_zero() -> None:
+    """A semidefinite matrix with one vertex per component held, and unused vertices: S x = b, zero where held."""
+    mesh = zoo_mesh("two_spheres")
+    free = free_unknowns(mesh.components, mesh.unreferenced_vertices)
+    b = balanced(np.sin(np.arange(mesh.n_vertices)), mesh.components)
+    b[mesh.unreferenced_vertices] = 0
+    x = DirectSolver(stiffness(mesh), free)(np.stack([b] * BLOCK, axis=1))
+    assert not x[~free].any()
+    for column in (0, BLOCK - 1):
+        np.testing.assert_allclose(stiffness(mesh) @ x[:, column], b, atol=1e-12)
+    assert DirectSolver(stiffness(mesh), np.zeros_like(free))(b).shape == b.shape
+
+
+@pytest.mark.parametrize("columns", [1, BLOCK])
+def test_singular_matrices_are_refused(columns: int) -> None:
+    """An empty row, or a Laplacian without a held vertex and an unbalanced right-hand side."""
+    chain = sp.csr_array(sp.diags_array([-1.0, 2.0, -1.0], offsets=[-1, 0, 1], shape=(30, 30))).tolil()
+    chain[7], chain[:, [7]] = 0, 0
+    with pytest.raises(ConvergenceError, match="no finite solution"):
+        SparseLU(chain.tocsr())(np.ones((30, columns)))

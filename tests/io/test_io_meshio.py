@@ -1,0 +1,111 @@
+"""Formats that meshio reads for this package: file order, arrays, no output of its own."""
+
+import meshio
+import numpy as np
+import pytest
+
+from geomhw.errors import FormatError
+from geomhw.io import read, read_mesh
+from geomhw.io.formats.meshio_read import surface
+from support.stl_files import POINTS
+
+
+def test_modules_of_the_users_folder_are_none_of_ours(tmp_path, monkeypatch):
+    """A file in the user's folder with the name of a module is not run."""
+    monkeypatch.chdir(tmp_path)
+    for name in ("meshio", "numpy", "json", "geomhw"):
+        (tmp_path / f"{name}.py").write_text("raise SystemExit('taken')")
+    meshio.Mesh(POINTS, [("triangle", [[0, 1, 2]])]).write("moo.mesh")
+    assert read_mesh("moo.mesh").n_faces == 1
+
+
+@pytest.mark.parametrize("extension", [".msh", ".inp", ".bdf", ".vol"])
+def test_through_meshio_in_file_order(tmp_path, capfd, extension):
+    """Faces keep the order of the file, and other cells are reported as ignored."""
+    cells = [("triangle", [[0, 1, 2]]), ("line", [[0, 1]]), ("triangle", [[0, 2, 3], [3, 1, 0]])]
+    if extension == ".inp":
+        del cells[1]
+    path = tmp_path / f"moo{extension}"
+    meshio.Mesh(POINTS, cells).write(path, file_format="gmsh22" if extension == ".msh" else None)
+    capfd.readouterr()
+    result = read(path)
+    np.testing.assert_allclose(result.mesh.vertices, POINTS)
+    assert result.mesh.faces.tolist() == [[0, 1, 2], [0, 2, 3], [3, 1, 0]]
+    assert result.report.get("ignored") == (None if extension == ".inp" else ["line"])
+    assert capfd.readouterr() == ("", "")
+
+
+GMSH = """$MeshFormat
+2.2 0 8
+$EndMeshFormat
+$Nodes
+4
+1 0 0 0
+2 1 0 0
+3 1 1 0
+4 0 1 .5
+$EndNodes
+$Elements
+3
+1 15 0 1
+2 3 0 1 2 3 4
+3 2 0 1 2 3
+$EndElements
+$NodeData
+1
+"heat"
+1
+0.0
+3
+0
+1
+4
+1 0
+2 1
+3 2
+4 3
+$EndNodeData
+"""
+
+
+def test_arrays_and_quads_through_meshio(tmp_path):
+    """Arrays are read; quads are split, and their values repeated."""
+    (tmp_path / "moo.msh").write_text(GMSH)
+    result = read(tmp_path / "moo.msh")
+    assert result.mesh.faces.tolist() == [[0, 1, 2], [0, 2, 3], [0, 1, 2]]
+    assert result["heat"].tolist() == [0, 1, 2, 3]
+    assert result.report == {"file": "moo.msh", "format": "Gmsh", "polygons": 1, "ignored": ["vertex"]}
+
+
+def test_arrays_of_faces_through_meshio():
+    """Blocks of faces are joined; an array that some block lacks is dropped."""
+    found = {
+        "points": POINTS,
+        "kinds": ["vertex", "quad", "triangle"],
+        "cells_0": np.array([[0]]),
+        "cells_1": np.array([[0, 1, 2, 3]]),
+        "cells_2": np.array([[0, 1, 2]]),
+        "vertex_names": [],
+        "cell_names": ["label", "part"],
+        **{f"cell_0_{i}": np.array([value]) for i, value in enumerate([9.0, 1.0, 2.0])},
+        "cell_1_1": np.array([3.0]),
+    }
+    result = surface("moo.msh", "Gmsh", found)
+    assert [(field.name, field.location, field.values.tolist()) for field in result.fields] == [
+        ("label", "face", [1, 1, 2])
+    ]
+
+
+def test_flat_points_get_a_z(tmp_path):
+    """Points with two coordinates get z = 0."""
+    meshio.Mesh(POINTS[:, :2], [("triangle", [[0, 1, 2]])]).write(tmp_path / "moo.mesh")
+    np.testing.assert_array_equal(read_mesh(tmp_path / "moo.mesh").vertices, POINTS * [1, 1, 0])
+
+
+def test_reading_says_nothing(tmp_path, capfd):
+    """Reading prints nothing, on success and on failure."""
+    (tmp_path / "moo.off").write_text("OFF\n4 1 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n4 0 1 2 3\n")
+    with pytest.raises(FormatError):
+        read(tmp_path / "none.off")
+    read(tmp_path / "moo.off")
+    assert capfd.readouterr() == ("", "")

@@ -1,0 +1,219 @@
+"""VTK files: written files read back exactly, here and in VTK; files that VTK writes are read."""
+
+import base64
+import re
+
+import numpy as np
+import pytest
+import pyvista
+from vtkmodules.vtkIOLegacy import vtkPolyDataWriter, vtkUnstructuredGridWriter
+from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter, vtkXMLUnstructuredGridWriter
+
+from geomhw.io import read, write
+from geomhw.results import Field, Result
+from support.vtk_files import BY_HAND, MESH, RESULT, as_vtk
+
+ALL = ["vtk", "vtp", "vtu"]
+
+
+def assert_same(result: Result, expected: Result = RESULT) -> None:
+    assert result.mesh.vertices.tobytes() == expected.mesh.vertices.tobytes()
+    np.testing.assert_array_equal(result.mesh.faces, expected.mesh.faces)
+    places = {(field.name, field.location): field.values for field in result.fields}
+    assert places.keys() == {(field.name, field.location) for field in expected.fields}
+    for field in expected.fields:
+        values = places[field.name, field.location]
+        assert values.dtype == field.values.dtype
+        assert values.shape == field.values.shape
+        assert values.tobytes() == field.values.tobytes()
+
+
+@pytest.mark.parametrize("extension", ALL)
+def test_written_comes_back_to_the_bit(tmp_path, extension):
+    """Mesh and fields read back to the last bit."""
+    path = tmp_path / f"moo.{extension}"
+    write(RESULT, path)
+    assert_same(read(path))
+    assert read(path).report == {"file": path.name, "format": extension.upper()}
+
+
+@pytest.mark.parametrize("extension", ALL)
+def test_vtk_reads_what_is_written(tmp_path, extension):
+    """VTK reads the same mesh and fields, with their types."""
+    path = tmp_path / f"moo.{extension}"
+    write(RESULT, path)
+    opened = pyvista.read(path)
+    assert isinstance(opened, pyvista.UnstructuredGrid if extension == "vtu" else pyvista.PolyData)
+    assert opened.points.dtype == np.float64
+    np.testing.assert_array_equal(opened.points, MESH.vertices)
+    cells = opened.cells if extension == "vtu" else opened.faces
+    np.testing.assert_array_equal(cells.reshape(-1, 4)[:, 1:], MESH.faces)
+    places = {"vertex": opened.point_data, "face": opened.cell_data, "mesh": opened.field_data}
+    for field in RESULT.fields:
+        values = places[field.location][field.name]
+        np.testing.assert_array_equal(values, field.values)
+        assert values.dtype == field.values.dtype
+
+
+def test_meshio_reads_the_vtu(tmp_path):
+    """meshio reads the same mesh and fields."""
+    import meshio
+
+    write(RESULT, tmp_path / "moo.vtu")
+    opened = meshio.read(tmp_path / "moo.vtu")
+    np.testing.assert_array_equal(opened.points, MESH.vertices)
+    np.testing.assert_array_equal(opened.cells_dict["triangle"], MESH.faces)
+    for field in RESULT.fields:
+        if field.location != "mesh":
+            values = opened.point_data[field.name] if field.location == "vertex" else opened.cell_data[field.name][0]
+            np.testing.assert_array_equal(values, field.values)
+
+
+def test_legacy_header_is_the_old_one(tmp_path):
+    """The legacy header is that of version 3.0."""
+    write(RESULT, tmp_path / "moo.vtk")
+    assert (
+        (tmp_path / "moo.vtk")
+        .read_bytes()
+        .startswith(b"# vtk DataFile Version 3.0\ngeomhw\nBINARY\nDATASET POLYDATA\nFIELD FieldData 1\ndt 1 2 double\n")
+    )
+
+
+@pytest.mark.parametrize("extension", ALL)
+@pytest.mark.parametrize("name", ["two words", 'a<b> & "c"', "50 %", "größe", "x=y'z"])
+def test_names_survive(tmp_path, extension, name):
+    """Names with spaces, markup and accents are kept."""
+    path = tmp_path / f"moo.{extension}"
+    names = [name, f"{name}, again"]
+    fields = [Field(names[0], "vertex", np.ones(4)), Field(names[1], "vertex", np.ones(4))]
+    write(Result(MESH, [*fields, Field(name, "face", np.ones((4, 3)))]), path)
+    assert [field.name for field in read(path).fields] == [*names, name]
+    assert pyvista.read(path).point_data.keys() == names
+
+
+@pytest.mark.parametrize("extension", ALL)
+def test_a_control_character_in_a_name_breaks_no_file(tmp_path, extension):
+    """A control character in a name gives a valid file."""
+    path = tmp_path / f"moo.{extension}"
+    write(Result(MESH, [Field("a\x01\nb", "vertex", np.ones(4))]), path)
+    assert len(read(path).fields) == 1
+    assert len(pyvista.read(path).point_data) == 1
+
+
+@pytest.mark.parametrize("extension", ALL)
+def test_bool_half_and_scalar_values(tmp_path, extension):
+    """Booleans, half precision, scalars and more than two dimensions are written and read."""
+    path = tmp_path / f"moo.{extension}"
+    fields = [
+        Field("b", "vertex", np.array([True, False, True, True])),
+        Field("h", "vertex", np.ones(4, np.float16)),
+        Field("t", "mesh", np.array(0.5)),
+        Field("frames", "vertex", np.ones((4, 2, 3))),
+    ]
+    write(Result(MESH, fields), path)
+    again = read(path)
+    assert again["b"].tolist() == [1, 0, 1, 1]
+    assert again["t"].tolist() == [0.5]
+    assert again["frames"].shape == (4, 6)
+
+
+@pytest.mark.parametrize("extension", ["vtp", "vtu"])
+@pytest.mark.parametrize("mode", ["Ascii", "Binary", "Appended", "AppendedRaw"])
+@pytest.mark.parametrize("compressor", ["None", "ZLib", "LZMA"])
+@pytest.mark.parametrize("order", ["LittleEndian", "BigEndian"])
+@pytest.mark.parametrize("header", ["UInt32", "UInt64"])
+def test_xml_that_vtk_writes(tmp_path, extension, mode, compressor, order, header):
+    """XML files of VTK in every mode, compression and byte order are read to the last bit."""
+    path = tmp_path / f"moo.{extension}"
+    writer = vtkXMLPolyDataWriter() if extension == "vtp" else vtkXMLUnstructuredGridWriter()
+    writer.SetInputData(as_vtk(extension))
+    writer.SetFileName(str(path))
+    getattr(writer, f"SetDataModeTo{mode.removesuffix('Raw')}")()
+    writer.SetEncodeAppendedData(not mode.endswith("Raw"))
+    getattr(writer, f"SetCompressorTypeTo{compressor}")()
+    getattr(writer, f"SetByteOrderTo{order}")()
+    getattr(writer, f"SetHeaderTypeTo{header}")()
+    assert writer.Write()
+    assert_same(read(path))
+
+
+def test_base64_with_a_head_of_its_own(tmp_path):
+    """Base64 data with a separate header is read."""
+    path = tmp_path / "moo.vtp"
+    write(RESULT, path)
+
+    def apart(match: re.Match[str]) -> str:
+        data = base64.b64decode(match[1])
+        return f">{base64.b64encode(data[:8]).decode()}{base64.b64encode(data[8:]).decode()}</DataArray>"
+
+    path.write_text(re.sub(r">([^<>]+)</DataArray>", apart, path.read_text()))
+    assert_same(read(path))
+
+
+@pytest.mark.parametrize("writer_type", [vtkPolyDataWriter, vtkUnstructuredGridWriter])
+@pytest.mark.parametrize("version", [42, 51])
+@pytest.mark.parametrize("mode", ["ASCII", "Binary"])
+def test_legacy_that_vtk_writes(tmp_path, writer_type, version, mode):
+    """Legacy files of VTK in both versions and modes are read."""
+    path = tmp_path / "moo.vtk"
+    writer = writer_type()
+    writer.SetInputData(as_vtk("vtp" if writer_type is vtkPolyDataWriter else "vtu"))
+    writer.SetFileName(str(path))
+    writer.SetFileVersion(version)
+    getattr(writer, f"SetFileTypeTo{mode}")()
+    assert writer.Write()
+    again = read(path)
+    if mode == "Binary":
+        assert_same(again)
+    # VTK's text has eleven digits.
+    np.testing.assert_array_equal(again.mesh.faces, MESH.faces)
+    for field in RESULT.fields:
+        np.testing.assert_allclose(again[field.name], field.values, rtol=1e-9)
+
+
+@pytest.mark.parametrize("extension", ALL)
+def test_cells_of_several_kinds_in_file_order(tmp_path, extension):
+    """Cells of several kinds keep the order of the file; lines and vertices are ignored."""
+    points = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 2, 0.0]])
+    mixed = pyvista.PolyData(points, faces=[3, 0, 1, 2, 4, 0, 2, 3, 4], lines=[2, 0, 1], verts=[1, 3])
+    mixed.cell_data["c"] = np.arange(4)
+    path = tmp_path / f"moo.{extension}"
+    (mixed.cast_to_unstructured_grid() if extension == "vtu" else mixed).save(path)
+    result = read(path)
+    assert result.mesh.faces.tolist() == [[0, 1, 2], [0, 2, 3], [0, 3, 4]]
+    assert result["c"].tolist() == [2, 3, 3]
+    assert result.report["polygons"] == 1
+    assert result.report["ignored"] == ["line", "vertex"]
+
+
+def test_legacy_attributes_by_hand(tmp_path):
+    """Legacy attributes of several kinds are read."""
+    path = tmp_path / "moo.vtk"
+    path.write_text(BY_HAND)
+    result = read(path)
+    assert [(f.name, f.location, f.values.shape) for f in result.fields] == [
+        ("heat", "vertex", (4,)),
+        ("n", "vertex", (4, 3)),
+        ("rgb", "face", (4, 3)),
+        ("uv", "face", (4, 2)),
+    ]
+    assert result["heat"].tolist() == [1, 2, 3, 4]
+
+
+def test_an_array_named_as_a_section_is(tmp_path):
+    """An array named METADATA is read."""
+    made = Result(MESH, [Field("METADATA", place, np.ones(4)) for place in ("mesh", "vertex", "face")])
+    made = Result(MESH, [Field("first", "vertex", np.ones(4)), *made.fields])
+    write(made, tmp_path / "moo.vtk")
+    assert_same(read(tmp_path / "moo.vtk"), made)
+
+
+def test_legacy_metadata_are_passed_over(tmp_path):
+    """Legacy metadata is skipped."""
+    path = tmp_path / "moo.vtk"
+    metadata = "METADATA\nCOMPONENT_NAMES\nX\nY\nZ\nINFORMATION 0\n\n"
+    field = f"FIELD FieldData 2\na 1 2 int\n1 2\n{metadata}b 1 1 int\n3\n{metadata}"
+    path.write_text(BY_HAND.replace("POINTS", field + "POINTS").replace("POLYGONS", metadata + "POLYGONS"))
+    result = read(path)
+    assert (result["a"].tolist(), result["b"].tolist()) == ([1, 2], [3])
+    np.testing.assert_array_equal(result.mesh.faces, MESH.faces)

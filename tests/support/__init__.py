@@ -1,0 +1,1 @@
+"""What several tests share: meshes, exact solutions, files, ways to run the program."""
