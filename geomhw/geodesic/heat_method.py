@@ -36,6 +36,8 @@ if TYPE_CHECKING:
 #: Beside a source on a coarse mesh, distances may come out a third shorter than the straight line; below this share of
 #: it, they are wrong.
 LEAST_CHORD_SHARE = 0.5
+#: Distances longer than an edge path by a smaller share are equal to it up to rounding.
+ROUNDING = 1e-12
 #: Sources in a block at most, and numbers in an array of a block: 128 MB.
 BLOCK, LARGEST_BLOCK = 64, 1 << 24
 
@@ -55,6 +57,8 @@ class HeatDistance:
     robust : whether to compute on the intrinsic Delaunay triangulation, where heat is nowhere negative and faces of
         zero area do no harm. h is then the mean edge length there.
     refine : whether to correct the distances by `Unfolding`; by default with ``robust``.
+    bound : whether to clamp plain distances to the shortest path along edges and, where they are not positive, to the
+        straight line to the source; without, they are those of algorithm 1 as the paper has it.
     boundary : how heat meets the boundary, as in `HeatStep`; ``average`` is most accurate next to it.
     solver : ``direct`` factors once for all sources; ``multigrid`` iterates, faster for few sources on large meshes;
         ``auto`` chooses by the size of the mesh and the number of queries, and factors where iteration does not
@@ -89,8 +93,10 @@ class HeatDistance:
         boundary: Boundary = "neumann",
         solver: SolverName = "auto",
         queries: int = 1,
+        bound: bool = True,
     ) -> None:
         self.mesh = mesh
+        self.bound = bound
         self.stages = Stages()
         self.robust: RobustTriangulation | None = None
         self._refine = robust if refine is None else refine
@@ -162,6 +168,8 @@ class HeatDistance:
                 Field("heat_gradient", "face", gradients),
                 Field("direction", "face", X),
             ]
+            cold = int(np.count_nonzero((u.sign <= 0) & np.isfinite(phi)))
+            findings |= {"non_positive_heat": cold} if cold else {}
             return Result(mesh, fields, self._report(sources, phi) | findings)
 
     def rows(self, queries: Sequence[SurfacePoints]) -> Floats:
@@ -196,6 +204,7 @@ class HeatDistance:
         return {
             "time": self.time.report(self._surface.mean_edge_length),
             "refined": self._refine,
+            "bounded": self.bound,
             "boundary": self._heat.boundary,
             "solver": "multigrid" if self._heat.iterates else "direct",
             **({"robust": self.robust.report()} if self.robust else {}),
@@ -208,7 +217,7 @@ class HeatDistance:
             return None
         from geomhw.geodesic.many_sources import ManySources
 
-        return ManySources(self.mesh, self._surface, self._heat, self._poisson)
+        return ManySources(self.mesh, self._surface, self._heat, self._poisson, self.bound)
 
     @cached_property
     def _unfolding(self) -> Unfolding:
@@ -228,16 +237,22 @@ class HeatDistance:
     def _bounded(
         self, distance: Floats, sources: SurfacePoints, known: Floats, paths: Floats
     ) -> tuple[Floats, dict[str, Any]]:
-        """Distances clamped to edge paths and, where they are not positive, to the chord; and where the latter
-        holds.
+        """Distances clamped to edge paths and, where they are not positive, to the chord; and how many vertices
+        were.
         """
-        distance = np.minimum(distance, paths)
+        long = (distance > paths * (1 + ROUNDING)) & np.isfinite(distance)
         low = (distance <= 0) & (known > 0)
-        if not low.any():
-            return distance, {}
-        raised = {"vertices": int(np.count_nonzero(low)), "lowest": float(distance[low].min())}
+        findings: dict[str, Any] = {}
+        if long.any():
+            excess = float((distance[long] / paths[long] - 1).max())
+            findings["beyond_edge_paths"] = {"vertices": int(np.count_nonzero(long)), "most": excess}
+        if low.any():
+            findings["below_zero"] = {"vertices": int(np.count_nonzero(low)), "lowest": float(distance[low].min())}
+        if not self.bound:
+            return distance, findings
+        distance = np.minimum(distance, paths)
         distance[low] = chord_to_nearest(self.mesh, sources, np.flatnonzero(low))
-        return distance, {"below_zero": raised}
+        return distance, findings
 
     def _report(self, sources: SurfacePoints, distance: Floats) -> dict[str, Any]:
         if np.isnan(distance).any():

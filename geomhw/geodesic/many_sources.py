@@ -18,12 +18,13 @@ class ManySources:
     """Answers blocks of source vertices on one surface by factored systems.
 
     mesh: in space. surface: the mesh or a triangulation of it. step, poisson: the systems of the heat method there.
+    bound: whether to clamp distances.
     """
 
     def __init__(
-        self, mesh: TriangleMesh, surface: PolyhedralSurface, step: HeatStep, poisson: DistancePoisson
+        self, mesh: TriangleMesh, surface: PolyhedralSurface, step: HeatStep, poisson: DistancePoisson, bound: bool
     ) -> None:
-        self._mesh, self._surface, self._step, self._poisson = mesh, surface, step, poisson
+        self._mesh, self._surface, self._step, self._poisson, self._is_bound = mesh, surface, step, poisson, bound
         self._clamp = EdgePathBound(surface)
         self._hats = _planar_hat_gradients(surface)
 
@@ -37,7 +38,8 @@ class ManySources:
         if not len(vertices):
             return heat, accurate
         phi = self._poisson.from_vertices(self._unit_field_divergence(heat), vertices)
-        self._bound(phi, vertices)
+        if self._is_bound:
+            self._bound(phi, vertices)
         return phi, accurate
 
     def _unit_field_divergence(self, heat: Floats) -> Floats:
