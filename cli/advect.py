@@ -62,7 +62,6 @@ def advect(
       geomhw advect data/torus.off --field rigid:z --color x --dt 0.1 --steps 63 --every 16 --gif turn.gif
     """
     from geomhw.flow.flow_map import FlowMap, frames
-    from geomhw.flow.tracer_cloud import Tracing
     from geomhw.render.flow_pictures import contact_sheet, flow_film
 
     inputs = fields.files_of(field_spec, color_spec)
@@ -71,13 +70,17 @@ def advect(
     mesh = job.read()
     with job.stage("compute and write"), progress("advect") as bar, writer.background:
         flow = FlowMap(mesh, fields.field(field_spec, mesh), integrator)  # type: ignore[arg-type]
-        tracing = Tracing(mesh) if tracers else None
-        carried = tracing.start(tracers) if tracing and tracers else None
+        tracer = pathlines = None
+        if tracers:
+            from geomhw.flow.pathlines import PathlineTracer
+
+            tracer = PathlineTracer(mesh)
+            pathlines = tracer.start(tracers)
         for frame in frames(flow, fields.color(color_spec, mesh), dt, steps, every):
             cloud = None
-            if tracing and carried:
-                carried = tracing.step(carried, flow.field, frame.report["time"])
-                cloud = tracing.cloud(carried, flow.field, frame["color"])
+            if tracer and pathlines:
+                pathlines = tracer.step(pathlines, flow.field, frame.report["time"])
+                cloud = tracer.cloud(pathlines, flow.field, frame["color"])
             writer.add(frame.report["time"], frame, frame.report, cloud)
             bar(frame.report["step"] / steps)
     writer.finish(partial(flow_film, width=width), contact_sheet)

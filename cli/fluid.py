@@ -17,6 +17,7 @@ from geomhw_cli.specs import fields
 if TYPE_CHECKING:
     from geomhw.fluid.run import Snapshot
     from geomhw.fluid.state import Diagnostics, Force, Scheme
+    from geomhw.fluid.traced_scheme import TracedScheme
 
 DEFAULT_DT = 0.0005
 DEFAULT_STEPS = 1980
@@ -98,7 +99,6 @@ def fluid(
     """
     from geomhw.fluid.run import run
     from geomhw.fluid.state import Diagnostics
-    from geomhw.fluid.traced import TracedScheme
     from geomhw.fluid.vorticity_scheme import VorticityScheme
     from geomhw.render.flow_pictures import contact_sheet, flow_film
 
@@ -109,7 +109,8 @@ def fluid(
     mesh = job.read_oriented()
     with job.stage("set up"):
         untraced, force = _scheme(mesh, choices), _force(mesh, choices, plan.dt)
-        scheme = TracedScheme(untraced, choices["tracers"]) if choices["tracers"] else untraced
+        traced = _traced(untraced, choices["tracers"])
+        scheme = traced or untraced
         diagnostics = Diagnostics(scheme)
         state = resumed(writer, mesh, restart, choices) if restart else None
         if state is None:
@@ -119,7 +120,7 @@ def fluid(
     try:
         with job.stage("compute and write"), progress("fluid") as bar, writer.background:
             for snapshot in run(scheme, state, plan, force):
-                _save(writer, scheme, diagnostics, snapshot, choices)
+                _save(writer, scheme, traced, diagnostics, snapshot, choices)
                 bar(plan.share(snapshot.state))
     except KeyboardInterrupt:
         if not writer.rows:
@@ -152,7 +153,7 @@ def _plan(choices: dict[str, Any]) -> Any:
 
 
 def _scheme(mesh: Any, choices: dict[str, Any]) -> "Scheme":
-    from geomhw.fluid.schemes import scheme_of
+    from geomhw.fluid.run import scheme_of
 
     return scheme_of(
         mesh,
@@ -164,18 +165,30 @@ def _scheme(mesh: Any, choices: dict[str, Any]) -> "Scheme":
 
 
 def _force(mesh: Any, choices: dict[str, Any], dt: float | None) -> "Force | None":
-    from geomhw.fluid.forces import top_jet
+    from geomhw.fluid.initial import top_jet
 
     return top_jet(mesh, dt) if choices["force_name"] == "jet" and dt else None
 
 
+def _traced(scheme: "Scheme", count: int | None) -> "TracedScheme | None":
+    if not count:
+        return None
+    from geomhw.fluid.traced_scheme import TracedScheme
+
+    return TracedScheme(scheme, count)
+
+
 def _save(
-    writer: FrameWriter, scheme: "Scheme", diagnostics: "Diagnostics", snapshot: "Snapshot", choices: dict[str, Any]
+    writer: FrameWriter,
+    scheme: "Scheme",
+    traced: "TracedScheme | None",
+    diagnostics: "Diagnostics",
+    snapshot: "Snapshot",
+    choices: dict[str, Any],
 ) -> None:
-    """Hand over a frame, its line of the table and, where a run would pass that goes on, the state to restart from."""
+    """Add a frame, its row of the table and, if an uninterrupted run has this state too, the state to restart from."""
     import numpy as np
 
-    from geomhw.fluid.traced import TracedScheme
     from geomhw.results import Field, Result
 
     state = snapshot.state
@@ -185,6 +198,6 @@ def _save(
         Field("velocity", "face", scheme.velocity(state)),
         Field("time", "mesh", np.array([state.time])),
     ]
-    tracers = scheme.cloud(state) if isinstance(scheme, TracedScheme) else None
+    tracers = traced.cloud(state) if traced else None
     keep = partial(save_state, writer, scheme.mesh, state, choices) if snapshot.regular else None
     writer.add(state.time, Result(scheme.mesh, fields), diagnostics(state, snapshot.dt), tracers, keep)

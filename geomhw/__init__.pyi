@@ -60,7 +60,7 @@ from .errors import (
 )
 from .flow import FlowMap as FlowMap
 from .flow import HelmholtzDecomposition as HelmholtzDecomposition
-from .flow import Tracer as Tracer
+from .flow import StreamlineTracer as StreamlineTracer
 from .fluid import Diagnostics as Diagnostics
 from .fluid import scheme_of as scheme_of
 from .geodesic import HeatDistance as HeatDistance

@@ -26,7 +26,7 @@ def save_state(writer: FrameWriter, mesh: "TriangleMesh", state: "FlowState", ch
         "time": state.time,
         "columns": list(writer.rows[0]),
     }
-    arrays = {f"memory_{name}": values for name, values in state.memory.items()}
+    arrays = {f"memory_{name}": values for name, values in state.variables.items()}
     arrays["color"] = state.color
     arrays["rows"] = np.array([list(row.values()) for row in writer.rows])
     arrays["frame_times"] = np.array([frame.time for frame in writer.series.frames])
@@ -54,8 +54,8 @@ def resumed(writer: FrameWriter, mesh: "TriangleMesh", path: Path, choices: dict
             raise FormatError(f"{path.name} is of a run with {name} = {value}, not {ours.get(name)}; start anew")
     if description["mesh"] != _digest(mesh):
         raise FormatError(f"{path.name} is of a run on another mesh; start anew")
-    memory = {name.removeprefix("memory_"): values for name, values in arrays.items() if name.startswith("memory_")}
-    state = FlowState(description["step"], description["time"], arrays["color"], memory)
+    variables = {name.removeprefix("memory_"): values for name, values in arrays.items() if name.startswith("memory_")}
+    state = FlowState(description["step"], description["time"], arrays["color"], variables)
     if state.step == 0:
         return state  # the frame of the start will be written again
     kept = arrays["frame_times"].tolist()

@@ -50,11 +50,11 @@ def errors(levels: list[int], picture: Path) -> None:
         velocity = rossby_haurwitz(VorticityModel(mesh), DEGREE)
         for name, color in SCHEMES.items():
             scheme = scheme_of(mesh, name)
-            state = scheme.start(velocity, np.zeros(mesh.n_vertices))
+            state = scheme.start(velocity)
             course, at = [], []
             for share in (0.8, 1.0):
-                for moment in run(scheme, state, Plan(cfl=COURANT, until=share * REVOLUTION, every=5), None):
-                    state = moment.state
+                for snapshot in run(scheme, state, Plan(cfl=COURANT, until=share * REVOLUTION, every=5)):
+                    state = snapshot.state
                     course.append((state.time / REVOLUTION, wave_error(scheme, state)))
                 at.append(course[-1][1])
             axis.semilogy(*np.transpose(course[1:]), color=color, label=name)
@@ -74,13 +74,13 @@ def conservation(mesh: TriangleMesh, steps: int, picture: Path) -> None:
     rows = []
     for name, color in SCHEMES.items():
         scheme = scheme_of(mesh, name)
-        gauges = Diagnostics(scheme)
+        diagnostics = Diagnostics(scheme)
         table = []
-        start = scheme.start(velocity, np.zeros(mesh.n_vertices))
-        for moment in run(scheme, start, Plan(cfl=COURANT, steps=steps, every=10), None):
-            row = gauges(moment.state, moment.dt)
-            largest = float(np.abs(scheme.vorticity(moment.state)).max())
-            table.append((moment.state.step, row["energy"], row["enstrophy"], largest, row["circulation"]))
+        start = scheme.start(velocity)
+        for snapshot in run(scheme, start, Plan(cfl=COURANT, steps=steps, every=10)):
+            row = diagnostics(snapshot.state, snapshot.dt)
+            largest = float(np.abs(scheme.vorticity(snapshot.state)).max())
+            table.append((snapshot.state.step, row["energy"], row["enstrophy"], largest, row["circulation"]))
         step, energy, enstrophy, largest, circulation = np.transpose(table)
         axes[0].semilogy(step[1:], np.maximum(np.abs(energy / energy[0] - 1)[1:], 1e-16), color=color, label=name)
         axes[1].plot(step, enstrophy / enstrophy[0], color=color)

@@ -17,9 +17,10 @@ from .initial_fields import (
 from .initial_fields import (
     rotation_field as rotation_field,
 )
-from .stream_function import LoopPoisson as LoopPoisson
+from .pathlines import PathlineTracer as PathlineTracer
+from .stream_function import StreamFunctionSolver as StreamFunctionSolver
+from .streamlines import FacePoints as FacePoints
+from .streamlines import StreamlineTracer as StreamlineTracer
 from .tangent_fields import energy as energy
 from .tangent_fields import face_vectors as face_vectors
 from .tangent_fields import tangential as tangential
-from .tracer import Particles as Particles
-from .tracer import Tracer as Tracer

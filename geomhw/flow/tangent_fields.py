@@ -1,4 +1,4 @@
-"""Vector fields as the methods take them: tangential, one vector a face."""
+"""Tangent vector fields with one vector per face."""
 
 import numpy as np
 
@@ -9,15 +9,27 @@ from geomhw.results import Field
 
 
 def face_vectors(mesh: TriangleMesh, field: Field) -> Floats:
-    """A vector field as one vector a face, (m, 3); vertex values are averaged over the three corners."""
+    """Return a vector field per face, (m, 3); values at vertices are averaged over the three corners of each face.
+
+    Raises
+    ------
+    FieldError
+        If the field is not a vector field per face or per vertex.
+    """
     values = np.asarray(field.values, dtype=float)
     if values.ndim != 2 or values.shape[1] != 3 or field.location == "mesh":
-        raise FieldError(f"'{field.name}' is no vector field: it needs three components a face or vertex")
+        raise FieldError(f"'{field.name}' is not a vector field: it needs three components per face or vertex")
     return np.asarray(values[mesh.faces].mean(axis=1)) if field.location == "vertex" else values
 
 
 def tangential(mesh: TriangleMesh, field: Floats) -> Floats:
-    """A face field less its part normal to the faces, (m, 3); FieldError for another shape or a value not finite."""
+    """Return the tangential part of a face field, V - (V·n) n, (m, 3).
+
+    Raises
+    ------
+    FieldError
+        If the field is not of shape (m, 3) or not finite.
+    """
     values = np.asarray(field, dtype=float)
     if values.shape != (mesh.n_faces, 3):
         raise FieldError(f"a face field on this mesh has shape ({mesh.n_faces}, 3), not {values.shape}")
@@ -28,5 +40,5 @@ def tangential(mesh: TriangleMesh, field: Floats) -> Floats:
 
 
 def energy(mesh: TriangleMesh, field: Floats) -> float:
-    """The integral of |V|², units of V² times area."""
+    """Return the integral of |V|² over the surface, units of V² times area."""
     return dot(mesh.face_areas, np.einsum("fx,fx->f", field, field))

@@ -1,92 +1,112 @@
-"""Flow that keeps what physics keeps: vorticity carried by the midpoint of its own velocity.
+"""The conservative fluid: vorticity advected by the midpoint velocity of the step, q1 = exp(-dt J_V̄ B) q0.
 
-q1 = exp(-dt J_V̄ B) q0 with V̄ = ½(V0 + V1): circulation is exact, for J sums to zero; enstrophy as far as the series
-goes. In the form q1 = q0 - dt J_V̄ w̄ with w̄ = B φ₁(-dt J_V̄ B) q0 energy is exact for any w̄, since V̄ crosses no stream
-line of its own. So w̄ follows guesses of V̄ until they are good, and V̄ alone is then iterated to the last digit.
+With V̄ = ½(V0 + V1), circulation is exact, since the columns of J sum to zero, and enstrophy is exact up to the series.
+In the form q1 = q0 - dt J_V̄ w̄ with w̄ = B φ₁(-dt J_V̄ B) q0, energy is exact for any w̄, since J_V̄ is antisymmetric and
+maps the stream function of V̄ to zero. So w̄ is updated only until V̄ is accurate enough; then V̄ alone converges.
 """
+
+import math
+from dataclasses import replace
 
 import numpy as np
 import scipy.sparse as sp
 
 from geomhw.arrays import Floats, dot
 from geomhw.errors import ConvergenceError
-from geomhw.fluid.vorticity_scheme import Memory, VorticityScheme
+from geomhw.fluid.vorticity_scheme import Unknowns, VorticityScheme
+from geomhw.solvers.expm import SERIES_STEP, substeps
 
-#: Two iterates of the stream function closer than this, relative, are one.
+#: The iteration has converged when ψ and c change by less than this, relative to their size.
 FIXED_POINT_TOLERANCE = 1e-10
 MAX_ITERATIONS = 60
-#: A guess so close to what comes of it, relative, has given w̄ well enough.
-GUESS_TOLERANCE = 1e-8
-#: A worse guess, and the first, is left as soon as iteration has brought it this much nearer.
-GUESS_GAIN = 0.1
-#: The series of the exponential ends at this share of its start: for the first guess, and for better ones.
+#: w̄ is final if the first iteration with it changes ψ and c by less than this, relative to their size.
+MEAN_TOLERANCE = 1e-8
+#: Until then w̄ is updated as soon as iterations with the old one reduce the change by this factor.
+MEAN_UPDATE = 0.1
+#: Terms of the exponential series below this share of the vorticity are dropped: for the first w̄, and for later ones.
 SERIES_TOLERANCES = (1e-6, 1e-9)
+#: The iteration diverges once the change is this many times the smallest so far.
+DIVERGENCE = 1e3
 
 
 class ConservativeScheme(VorticityScheme):
-    """Exponential midpoint rule: energy and circulation exact, enstrophy but for the filter; reversible without it."""
+    """Exponential midpoint rule: conserves energy and circulation, and enstrophy up to the filter.
 
-    def _advance(self, now: Memory, dt: float) -> tuple[Floats, Floats, Floats, sp.csr_array]:
-        """By fixed-point iteration on ψ and c from an extrapolated guess."""
-        n = len(now["psi"])
-        before = np.concatenate([now["psi"], now["c"]])
-        after = np.concatenate([_extrapolated(now), now["c"]])
-        flow = np.sqrt(max(dot(now["c"], now["c"]) - dot(now["psi"], now["q"]), 0.0))  # √∫|V|², to which c belongs
-        scale = np.repeat([float(np.abs(now["psi"]).max()) or 1.0, flow or 1.0], [n, len(now["c"])])
-        guesses, anew, error, least = 0, True, np.inf, np.inf
+    Without the filter, the scheme is reversible in time. Parameters and errors are those of `VorticityScheme`.
+
+    Examples
+    --------
+    >>> from geomhw.mesh import icosphere
+    >>> mesh = icosphere(2)
+    >>> x, y, z = mesh.vertices.T
+    >>> scheme = ConservativeScheme(mesh)
+    >>> state = scheme.from_vorticity(2 * z + x * y, color=z)
+    >>> scheme.step(state, dt=0.1).time
+    0.1
+    """
+
+    def advect(self, flow: Unknowns, dt: float) -> tuple[Unknowns, sp.csr_array]:
+        """Solve the midpoint rule for the end of the step by fixed-point iteration from an extrapolated guess."""
+        guess, sizes = replace(flow, psi=_extrapolated(flow)), _sizes(flow)
+        updates, due, first, least = 0, True, np.inf, np.inf
         for _ in range(MAX_ITERATIONS):
-            middle = (before + after) / 2
-            J = self.model.jacobian(middle[:n], middle[n:])
-            if anew:
-                w, end = self._carried(J, now["q"], dt, SERIES_TOLERANCES[guesses > 0])
-                if not guesses:
-                    loss = self._smoothed_away(end, dt, J)
-            q, image = self._image(now, middle, J, w, loss, dt)
-            change = float(np.abs((image - after) / scale).max())
-            guesses, error, after = guesses + anew, change if anew else error, image
-            if change <= FIXED_POINT_TOLERANCE and guesses > 1:
-                return q, image[:n], image[n:], J
-            if not change < 1e3 * least:
+            psi, c = (flow.psi + guess.psi) / 2, (flow.c + guess.c) / 2
+            J = self.model.jacobian(psi, c)
+            if due:
+                w, end = self.mean_vorticity(flow.q, J, dt, SERIES_TOLERANCES[updates > 0])
+                if not updates:
+                    loss = self.filter_loss(end, dt, J)
+            later = self.midpoint_rule(flow, psi, c, J, w, loss, dt)
+            change = _change(guess, later, sizes)
+            guess, updates, first = later, updates + due, change if due else first
+            if change <= FIXED_POINT_TOLERANCE and updates > 1:
+                return later, J
+            if not change < DIVERGENCE * least:
                 break
             least = min(least, change)
-            anew = (guesses == 1 or error > GUESS_TOLERANCE) and change <= GUESS_GAIN * error
+            due = (updates == 1 or first > MEAN_TOLERANCE) and change <= MEAN_UPDATE * first
         raise ConvergenceError("the midpoint iteration does not converge; take a shorter time step")
 
-    def _image(
-        self, now: Memory, middle: Floats, J: sp.csr_array, w: Floats, loss: Floats, dt: float
-    ) -> tuple[Floats, Floats]:
-        """q at the end of the step if ψ and c, and J with them, are those of its middle; and the ψ and c of that q."""
-        model, n = self.model, len(now["psi"])
-        psi, c = middle[:n], middle[n:]
-        q = now["q"] - dt * (J @ w) - self._neutral(loss, psi)
-        image = model.stream_function(q, now["around"])
-        if not len(c):
-            return q, image
-        return q, np.concatenate([image, now["c"] + dt * model.harmonic_rate(w, model.velocity(psi, c))])
+    def midpoint_rule(
+        self, flow: Unknowns, psi: Floats, c: Floats, J: sp.csr_array, w: Floats, loss: Floats, dt: float
+    ) -> Unknowns:
+        """Return q1 = q0 - dt J_V̄ w̄ minus the filter's loss, c1 = c0 + dt dc/dt, and ψ1, for ψ, c and w̄ at midpoint."""
+        q1 = flow.q - dt * (J @ w) - self.energy_neutral(loss, psi)
+        c1 = flow.c + dt * self.model.harmonic_rate(w, psi, c)
+        return replace(flow, q=q1, c=c1, psi=self.model.stream_function(q1, flow.circulations))
 
-    def _carried(self, J: sp.csr_array, q: Floats, dt: float, tolerance: float) -> tuple[Floats, Floats]:
-        """w̄ = B φ₁(-dt J B) q with φ₁(z) = (eᶻ - 1)/z, the mean vorticity over the step, and M⁻¹ exp(-dt J B) q."""
+    def mean_vorticity(self, q: Floats, J: sp.csr_array, dt: float, tolerance: float) -> tuple[Floats, Floats]:
+        """Return w̄ = B φ₁(-dt J B) q, φ₁(z) = (eᶻ - 1)/z, the mean over the step, and M⁻¹ exp(-dt J B) q, its end."""
         model = self.model
-        D = model.derivative(J)
-        parts = model.series_parts(J, dt)
-        density = q * model.inverse_areas
-        mean = np.zeros_like(q)
-        enough = tolerance * float(np.abs(density).max())
-        for _ in range(parts):
+        D, count = model.derivative(J), substeps(float(model.rates(J).max()), dt, SERIES_STEP)
+        density, mean = q * model.inverse_areas, np.zeros_like(q)
+        smallest = tolerance * float(np.abs(density).max())
+        for _ in range(count):
             term, total, average = density, density.copy(), density.copy()
             for order in range(1, 60):
-                term = (-dt / parts / order) * (D @ model.sharpened(term))
+                term = (-dt / count / order) * (D @ model.mass_corrected(term))
                 total += term
                 average += term / (order + 1)
-                if np.abs(term).max() <= enough:
+                if np.abs(term).max() <= smallest:
                     break
             density = total
-            mean += average / parts
-        return model.sharpened(mean), density
+            mean += average / count
+        return model.mass_corrected(mean), density
 
 
-def _extrapolated(now: Memory) -> Floats:
-    """ψ a step ahead, by the polynomial through as many earlier ones as there are."""
-    history = [now["psi"], *(now[f"psi_{k}"] for k in (1, 2, 3, 4) if f"psi_{k}" in now)]
-    weights = {1: (1,), 2: (2, -1), 3: (3, -3, 1), 4: (4, -6, 4, -1), 5: (5, -10, 10, -5, 1)}[len(history)]
-    return np.asarray(sum(weight * psi for weight, psi in zip(weights, history, strict=True)))
+def _extrapolated(flow: Unknowns) -> Floats:
+    """ψ one step ahead, by the polynomial through the n latest: Σ_k (-1)ᵏ (n over k+1) ψ_k, the latest first."""
+    history = (flow.psi, *flow.earlier)
+    return np.asarray(sum((-1) ** k * math.comb(len(history), k + 1) * psi for k, psi in enumerate(history)))
+
+
+def _sizes(flow: Unknowns) -> tuple[float, float]:
+    """The sizes of ψ and c to which changes are relative: the largest |ψ|, and the root of twice the energy."""
+    norm = np.sqrt(max(dot(flow.c, flow.c) - dot(flow.psi, flow.q), 0.0))
+    return float(np.abs(flow.psi).max()) or 1.0, norm or 1.0
+
+
+def _change(one: Unknowns, other: Unknowns, sizes: tuple[float, float]) -> float:
+    """The largest relative difference of ψ and c."""
+    differences = np.abs(other.psi - one.psi).max(), np.abs(other.c - one.c).max(initial=0.0)
+    return float(np.max(np.divide(differences, sizes)))

@@ -1,25 +1,69 @@
-"""A run: steps from one state to a last step or time, with what is seen on the way."""
+"""A run: a scheme by name, and its steps from a state to a last step or time, with snapshots on the way."""
 
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import get_args
 
 import numpy as np
 
 from geomhw.errors import ConvergenceError, FieldError
+from geomhw.fluid.conservative import ConservativeScheme
+from geomhw.fluid.rk4 import RK4Scheme
+from geomhw.fluid.stable_fluids import StableFluidsScheme
 from geomhw.fluid.state import FlowState, Force, Scheme
+from geomhw.mesh.triangle_mesh import TriangleMesh
+from geomhw.options import Advection, SchemeName
 
-#: A step is not cut to reach the end if it overshoots by less than this share of itself.
+#: The last step is not shortened if it overshoots the end by less than this share of itself.
 SLACK = 1e-9
-#: So many steps are tried, at most, to find the longest that a scheme stands.
+#: Most steps that are tried to find the longest step that a scheme can take.
 LONGEST_SEARCH = 20
+
+
+def scheme_of(
+    mesh: TriangleMesh, name: SchemeName, *, advection: Advection = "full", filter: bool = True, viscosity: float = 0.0
+) -> Scheme:
+    """Make a scheme by name.
+
+    Parameters
+    ----------
+    name : ``conservative``, ``rk4`` or ``stable-fluids``.
+    advection : of ``stable-fluids``, see `StableFluidsScheme`.
+    filter, viscosity : of the others, see `VorticityScheme`.
+
+    Raises
+    ------
+    FieldError
+        If the name is unknown, or the viscosity is not possible with the scheme.
+    MeshError
+        If the mesh is not an oriented manifold, or a face has zero area.
+    """
+    if name == "stable-fluids":
+        if viscosity:
+            raise FieldError("stable-fluids has no viscosity of its own; choose another scheme")
+        return StableFluidsScheme(mesh, advection)
+    if name == "conservative":
+        return ConservativeScheme(mesh, filter, viscosity)
+    if name == "rk4":
+        return RK4Scheme(mesh, filter, viscosity)
+    raise FieldError(f"there is no scheme '{name}'; choose from {', '.join(get_args(SchemeName))}")
 
 
 @dataclass(frozen=True)
 class Plan:
-    """How far to go and how: dt or a Courant number, up to a step or a time, a frame each so many steps.
+    """The length of the steps, the end of a run, and the steps from snapshot to snapshot.
 
-    FieldError where that is no plan.
+    Parameters
+    ----------
+    dt, cfl : time step, or Courant number; exactly one of them.
+    steps, until : last step, or end time; exactly one of them.
+    every : steps from snapshot to snapshot.
+
+    Raises
+    ------
+    FieldError
+        If a number is not positive and finite, or both or none of two alternatives are given.
     """
 
     dt: float | None = None
@@ -36,30 +80,55 @@ class Plan:
         if (self.dt is None) == (self.cfl is None):
             raise FieldError("a run takes steps either of dt or of a Courant number")
         if (self.steps is None) == (self.until is None):
-            raise FieldError("a run ends either after so many steps or at a time")
+            raise FieldError("a run ends either after a number of steps or at a time")
         if self.every < 1 or (self.steps is not None and self.steps < 1):
-            raise FieldError("a run has at least one step, and a frame each so many steps, at least one")
+            raise FieldError("a run needs at least one step, and at least one step from frame to frame")
 
     def share(self, state: FlowState) -> float:
-        """How much of the run is done, 0..1."""
+        """Return how much of the run is done, 0..1."""
         return state.step / self.steps if self.steps else state.time / (self.until or 1.0)
+
+    def ended(self, state: FlowState) -> bool:
+        """Return whether the state is the last."""
+        return state.step >= self.steps if self.steps else state.time >= (self.until or 0.0) * (1 - 1e-15)
 
 
 @dataclass(frozen=True)
 class Snapshot:
-    """A state to show, the step that led or leads there, and whether an uninterrupted run would come by it too."""
+    """A state of a run, the step that led to it, and whether an uninterrupted longer run has this state too."""
 
     state: FlowState
     dt: float
     regular: bool
 
 
-def run(scheme: Scheme, state: FlowState, plan: Plan, force: Force | None) -> Iterator[Snapshot]:
-    """The state at the start (if that is step 0), each ``every`` steps, and at the end, which is met exactly."""
+def run(scheme: Scheme, state: FlowState, plan: Plan, force: Force | None = None) -> Iterator[Snapshot]:
+    """Step a scheme to the end of the plan, which is met exactly.
+
+    Yields
+    ------
+    Snapshot at the start (if the state is of step 0), after each ``every`` steps, and at the end.
+
+    Raises
+    ------
+    ConvergenceError
+        If a step is too long for the scheme; the message has the longest possible step.
+    FieldError
+        If the steps have a Courant number and the flow is at rest.
+
+    Examples
+    --------
+    >>> from geomhw.mesh import icosphere
+    >>> mesh = icosphere(2)
+    >>> scheme = scheme_of(mesh, "conservative")
+    >>> start = scheme.from_vorticity(2 * mesh.vertices[:, 2])
+    >>> [snapshot.state.step for snapshot in run(scheme, start, Plan(cfl=1.0, steps=10, every=5))]
+    [0, 5, 10]
+    """
     dt = step_length(scheme, state, plan)
     if state.step == 0:
         yield Snapshot(state, dt, True)
-    while not _at_end(state, plan):
+    while not plan.ended(state):
         dt = step_length(scheme, state, plan)
         cut = False
         if plan.until is not None and state.time + dt > plan.until - SLACK * dt:
@@ -69,33 +138,32 @@ def run(scheme: Scheme, state: FlowState, plan: Plan, force: Force | None) -> It
             state = scheme.step(state, dt, force)
         except ConvergenceError as error:
             raise _too_long(scheme, state, dt, force) or error from error
-        if state.step % plan.every == 0 and not cut:
-            yield Snapshot(state, dt, True)
-        elif _at_end(state, plan):
-            yield Snapshot(state, dt, False)
+        regular = state.step % plan.every == 0 and not cut
+        if regular or plan.ended(state):
+            yield Snapshot(state, dt, regular)
 
 
 def step_length(scheme: Scheme, state: FlowState, plan: Plan) -> float:
-    """dt as given, or that of the Courant number: C h / |V|max."""
+    """Return dt as given, or that of the Courant number, C h / |V|max."""
     if plan.dt is not None:
         return plan.dt
     rate = _courant_rate(scheme, state)
     if rate == 0:
-        raise FieldError("a flow at rest has no Courant number; give dt, or an initial velocity")
+        raise FieldError("a flow at rest has no Courant number; give a time step, or an initial velocity")
     assert plan.cfl is not None
     return plan.cfl / rate
 
 
 def _courant_rate(scheme: Scheme, state: FlowState) -> float:
-    """Courant number per time: |V|max / h."""
+    """Courant number per time, |V|max / h."""
     return float(np.linalg.norm(scheme.velocity(state), axis=1).max()) / scheme.mesh.mean_edge_length
 
 
 def _too_long(scheme: Scheme, state: FlowState, dt: float, force: Force | None) -> ConvergenceError | None:
-    """What to say of a step that failed: the largest that does not; None if even very short ones do."""
+    """The error for a step that failed, with the longest that succeeds by bisection; None if all fail."""
     good, bad = 0.0, dt
     for _ in range(LONGEST_SEARCH):
-        middle = bad / 2 if not good else (good + bad) / 2
+        middle = (good + bad) / 2
         try:
             scheme.step(state, middle, force)
             good = middle
@@ -113,15 +181,8 @@ def _too_long(scheme: Scheme, state: FlowState, dt: float, force: Force | None) 
 
 
 def _rounded_down(value: float) -> str:
-    """Two digits that are no more than the value."""
+    """Two significant digits, rounded toward zero."""
     if value == 0:
         return "0"
     unit = 10.0 ** (math.floor(math.log10(value)) - 1)
     return f"{math.floor(value / unit) * unit:.2g}"
-
-
-def _at_end(state: FlowState, plan: Plan) -> bool:
-    if plan.steps is not None:
-        return state.step >= plan.steps
-    assert plan.until is not None
-    return state.time >= plan.until * (1 - 1e-15)

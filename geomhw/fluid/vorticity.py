@@ -1,17 +1,19 @@
-"""Vorticity on a mesh: the stream function and velocity it makes, and how the flow moves it.
+"""The vorticity equation on a mesh: stream function, velocity, Jacobian and harmonic coefficients.
 
-q_i is the integral of w φ_i. V = n x ∇ψ + Σ c_k h_k with Sψ = -q and harmonic h_k; with J_ij = Σ_f (A_f/3) V_f·∇φ_j,
-dq/dt = -J w. For such V, J is antisymmetric: the Jacobian of Arakawa (1966) on triangles, and M D_V of the operator
-approach [OATVF, eq. 7]. Energy, enstrophy and circulation are kept by dq/dt = -J B q for any symmetric w = B q.
+With q_i the integral of w φ_i: Sψ = -q, V = n x ∇ψ + Σ c_k h_k, w = B q and dq/dt = -J_V w, where h_k are the harmonic
+fields, J_ij = Σ_f (A_f/3) V_f·∇φ_j, and B approximates the inverse of the consistent mass. For such V, J is
+antisymmetric. It is the Jacobian of Arakawa (1966) on triangles, and M D_V of [OATVF, eq. 7]. Energy, enstrophy and
+circulation are conserved for any symmetric B.
 """
 
 import numpy as np
 import scipy.sparse as sp
+from numpy.typing import ArrayLike
 
 from geomhw.arrays import Floats
-from geomhw.errors import ConvergenceError
+from geomhw.errors import ConvergenceError, FieldError
 from geomhw.flow.harmonic import harmonic_basis
-from geomhw.flow.stream_function import LoopPoisson
+from geomhw.flow.stream_function import StreamFunctionSolver
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.operators.curl import curl_of, quarter_turn
 from geomhw.operators.directional_derivative import DirectionalDerivative, filled
@@ -20,160 +22,178 @@ from geomhw.operators.gradient import gradient
 from geomhw.operators.laplacian import backward_euler, stiffness
 from geomhw.operators.mass import consistent_mass
 from geomhw.solvers.direct import DirectSolver
-from geomhw.solvers.expm import SERIES_STEP, substeps
+from geomhw.solvers.nullspace import without_mean
 
-#: Terms of the series M_c⁻¹ = (I + R + R² + ...) M⁻¹, R = I - M⁻¹M_c, that w = B q takes: lumped mass alone lets waves
-#: lag; each term takes half of the lag away, or more.
+#: Terms of the series M_c⁻¹ = (I + R + R² + ...) M⁻¹, R = I - M⁻¹M_c, in w = B q. With the lumped mass alone waves lag;
+#: each term reduces the lag by half or more.
 MASS_CORRECTIONS = 2
 
 
 class VorticityModel:
-    """All that a flow needs of one mesh: one factorization, fixed patterns, the harmonic basis.
+    """The operators of the vorticity equation on one mesh, with one factorization for all steps.
 
-    The mesh is an oriented manifold, of any genus, in any number of components, with or without boundary; on a boundary
-    loop ψ is constant, so that nothing flows through, and the circulation round it stays what it was. MeshError else.
+    Parameters
+    ----------
+    mesh : an oriented manifold of any genus, with any number of components. On each boundary loop ψ is constant: no
+        flow crosses the boundary, and the circulation along it is conserved.
+
+    Attributes
+    ----------
+    harmonic : (2g, m, 3) array, the orthonormal harmonic fields h_k.
+    areas, inverse_areas : (n,) arrays, the lumped mass M and M⁻¹; zero at a vertex without faces.
+    loops : the unknowns of ψ that belong to boundary loops.
+
+    Raises
+    ------
+    MeshError
+        If the mesh is not such a manifold, or a face has zero area.
     """
 
     def __init__(self, mesh: TriangleMesh) -> None:
         mesh.require_oriented("a flow")
         self.mesh = mesh
-        self.gradient = gradient(mesh)
-        self._divergence = divergence(mesh)
         self.areas = mesh.vertex_areas
         self.inverse_areas = np.divide(1.0, self.areas, out=np.zeros_like(self.areas), where=self.areas > 0)
-        self.mass = consistent_mass(mesh)
-        self._rough = (sp.eye_array(mesh.n_vertices) - sp.diags_array(self.inverse_areas) @ self.mass).tocsr()
-        self._poisson = LoopPoisson(mesh)
-        self._on_loop = np.zeros(mesh.n_vertices, dtype=bool)
-        self._on_loop[mesh.boundary_vertices] = True
-        self.loops = np.unique(self._poisson.unknown_of[mesh.boundary_vertices])
+        self._gradient, self._divergence, self._mass = gradient(mesh), divergence(mesh), consistent_mass(mesh)
+        self._R = (sp.eye_array(mesh.n_vertices) - sp.diags_array(self.inverse_areas) @ self._mass).tocsr()
+        self._poisson = StreamFunctionSolver(mesh)
+        self.loops = self._poisson.loops
         self.harmonic = harmonic_basis(mesh, self._poisson)
         self._derivative = DirectionalDerivative(mesh)
-        self._harmonic_data = np.array([self._derivative.weak(h).data for h in self.harmonic])
-        self._ahead, self._behind, self._pattern = self._jacobian_pattern()
+        self._harmonic_jacobians = np.array([self._derivative.weak(h).data for h in self.harmonic])
+        self._left, self._right, self._pattern = self._jacobian_pattern()
 
-    @property
-    def n_unknowns(self) -> int:
-        """How many unknowns ψ has: one an inner vertex and one a boundary loop."""
-        return self._poisson.n_unknowns
-
-    # -- states --------------------------------------------------------------------------------------------------
+    # -- unknowns ------------------------------------------------------------------------------------------------
 
     def from_velocity(self, V: Floats) -> tuple[Floats, Floats, Floats]:
-        """q (n,), loop circulations (k,) and harmonic coefficients c (2g,) of the divergence-free part of V, (m, 3).
+        """Return q, (n,), boundary circulations, (k,), and c, (2g,), of the divergence-free part of V, (m, 3).
 
-        Inside, q_i = Σ_f A_f ∇φ_i·(n x V_f). At a boundary vertex that sum lacks the circulation along the boundary;
-        there the vorticity is taken from the nearest inner ones, and what remains is the loop's circulation.
+        At a boundary vertex the weak curl lacks the circulation along the boundary. There the vorticity is extrapolated
+        from adjacent vertices; the sum of the differences over a loop is its circulation.
         """
-        q = curl_of(self.mesh, V, self._divergence)
-        around = np.zeros(self.n_unknowns)
-        if self._on_loop.any():
-            inside = np.where(self._on_loop, 0.0, 1.0)
-            ring = self.mass @ np.where(self._on_loop, 0.0, q * self.inverse_areas)
-            weight = self.mass @ inside
-            w = np.divide(ring, weight, out=np.zeros_like(ring), where=weight > 0)
-            guess = np.where(self._on_loop, w * self.areas, q)
-            around = self._poisson.gathered(np.where(self._on_loop, guess - q, 0.0))
-            q = guess
+        curl = curl_of(self.mesh, V, self._divergence)
+        q = self._extrapolated_to_boundary(curl)
         c = np.einsum("gfx,fx,f->g", self.harmonic, V, self.mesh.face_areas)
-        return q, around, c
+        return q, self._poisson.gather(q - curl), c
 
-    def from_vorticity(self, w: Floats) -> Floats:
-        """q = M_c w, (n,), less its mean on each component: a closed surface has no net vorticity."""
-        return self.centered(self.mass @ w)
+    def from_vorticity(
+        self, w: ArrayLike, circulations: ArrayLike | None = None, harmonic: ArrayLike | None = None
+    ) -> tuple[Floats, Floats, Floats]:
+        """Return q, boundary circulations and c as in `from_velocity`, from w, (n,), circulations, (l,), and c, (2g,).
 
-    def stream_function(self, q: Floats, around: Floats) -> Floats:
-        """ψ, (n,), with Sψ = -q inside, constant on each loop with that circulation; zero at one vertex a component."""
-        return self._poisson(around - self._poisson.gathered(q))
+        By default circulations and c are zero. The mean of w is changed on each component, so that q sums to the
+        circulation along its boundary [Stokes].
+        """
+        values = _checked(w, len(self.areas), "a vorticity")
+        along, at_vertices = np.zeros(self._poisson.n_unknowns), np.zeros_like(values)
+        along[self.loops] = _checked(circulations, len(self.loops), "the circulation along boundary loops")
+        at_vertices[np.unique(self._poisson.unknown_of, return_index=True)[1]] = along
+        q = self.without_mean(self._mass @ values - at_vertices) + at_vertices
+        return q, along, _checked(harmonic, len(self.harmonic), "a harmonic flow")
+
+    def stream_function(self, q: Floats, circulations: Floats) -> Floats:
+        """Solve Sψ = -q, (n,), with ψ constant on each loop and these circulations; zero at a vertex per component."""
+        return self._poisson(circulations - self._poisson.gather(q))
 
     def velocity(self, psi: Floats, c: Floats) -> Floats:
-        """n x ∇ψ + Σ c_k h_k, (m, 3)."""
-        V = quarter_turn(self.mesh, (self.gradient @ psi).reshape(-1, 3))
+        """Return V = n x ∇ψ + Σ c_k h_k, (m, 3)."""
+        V = quarter_turn(self.mesh, (self._gradient @ psi).reshape(-1, 3))
         return np.asarray(V + np.tensordot(c, self.harmonic, axes=1)) if len(c) else V
+
+    def induced_velocity(self, q: Floats) -> Floats:
+        """Return the velocity, (m, 3), of an integrated vorticity without boundary circulations or harmonic part."""
+        psi = self.stream_function(q, np.zeros(self._poisson.n_unknowns))
+        return self.velocity(psi, np.zeros(len(self.harmonic)))
+
+    def without_mean(self, q: Floats) -> Floats:
+        """Subtract the mean vorticity of each component: q then sums to zero there."""
+        return without_mean(q, self.mesh.components, self.areas, integrated=True)
 
     # -- vorticity and its transport -----------------------------------------------------------------------------
 
     def vorticity(self, q: Floats) -> Floats:
-        """w = B q, (n,), 1/time: the truncated series of M_c⁻¹, symmetric, without a solve."""
-        return self.sharpened(self.inverse_areas * q)
+        """Return w = B q, (n,), units 1/time."""
+        return self.mass_corrected(self.inverse_areas * q)
 
-    def sharpened(self, density: Floats, corrections: int = MASS_CORRECTIONS) -> Floats:
-        """B M d, (n,) or (n, k), for a density d = M⁻¹q: d with the lag of the lumped mass made up for."""
+    def mass_corrected(self, density: Floats, terms: int = MASS_CORRECTIONS) -> Floats:
+        """Return B M d ≈ M_c⁻¹ M d, (n,) or (n, k), by the series in R: symmetric in q = M d, and without a solve."""
         w = density
-        for _ in range(corrections):
-            w = density + self._rough @ w
+        for _ in range(terms):
+            w = density + self._R @ w
         return np.asarray(w)
 
-    def roughness(self, w: Floats, alpha: Floats) -> Floats:
-        """M⁻¹D w, (n,) or (n, k), with D = K M⁻¹ √α K √α M⁻¹ K, K = M - M_c: D is symmetric, semidefinite, D 1 = 0.
+    def hyperdiffusion(self, w: Floats, alpha: Floats) -> Floats:
+        """Return R √α R √α R w, (n,) or (n, k): M times it is symmetric, semidefinite, and zero for constants.
 
-        On a wave of length L it is about (h/L)⁶ of what it is on the finest.
+        On a wave of length L it is about (h/L)⁶ of its value on the shortest wave.
         """
         root = np.sqrt(alpha)
-        return np.asarray(self._rough @ (root * (self._rough @ (root * (self._rough @ w)))))
-
-    def centered(self, q: Floats) -> Floats:
-        """q less its mean density on each component, (n,), so that it sums to zero there."""
-        if self.mesh.n_components == 1:
-            return np.asarray(q - self.areas * (q.sum() / self.areas.sum()))
-        labels = self.mesh.components
-        totals, areas = np.bincount(labels, weights=q), np.bincount(labels, weights=self.areas)
-        density = np.divide(totals, areas, out=np.zeros_like(totals), where=areas > 0)
-        return np.asarray(q - self.areas * density[labels])
+        return np.asarray(self._R @ (root * (self._R @ (root * (self._R @ w)))))
 
     def jacobian(self, psi: Floats, c: Floats) -> sp.csr_array:
-        """J_V, (n, n), antisymmetric: row i is the integral of φ_i V·∇, weak; V as in `velocity`."""
+        """Assemble J_V, (n, n), antisymmetric, weak: row i is the integral of φ_i V·∇, V as in `velocity`."""
         sixth = psi / 6
-        data = sixth[self._ahead] - sixth[self._behind]
+        data = sixth[self._left] - sixth[self._right]
         if len(c):
-            data += c @ self._harmonic_data
+            data += c @ self._harmonic_jacobians
         return filled(self._pattern, data)
 
     def derivative(self, J: sp.csr_array) -> sp.csr_array:
-        """D_V = M⁻¹J, (n, n), strong."""
+        """Return D_V = M⁻¹J, (n, n), strong."""
         return filled(self._pattern, J.data * self.inverse_areas[self._rows])
 
-    def diffusion(self, nu_dt: float) -> DirectSolver:
-        """(M + ν dt S)⁻¹, from q to the diffused w."""
-        surface = np.ones(self.mesh.n_vertices, dtype=bool)
-        surface[self.mesh.unreferenced_vertices] = False
-        return DirectSolver(backward_euler(self.areas, stiffness(self.mesh), nu_dt), surface)
-
-    def series_parts(self, J: sp.csr_array, dt: float) -> int:
-        """Substeps in which the series for exp(-dt J B) stays short."""
-        return substeps(float(self.rates(J).max()), dt, SERIES_STEP)
-
     def rates(self, J: sp.csr_array) -> Floats:
-        """Absolute row sums of M⁻¹J, (n,), 1/time: some 1.5 |V|/h, how often the flow crosses an edge."""
+        """Return the absolute row sums of M⁻¹J, (n,), about 1.5 |V|/h: how often per time the flow crosses an edge."""
         rates = np.bincount(self._rows, np.abs(J.data), J.shape[0]) * self.inverse_areas
         if not np.isfinite(rates).all():
             raise ConvergenceError("the flow is no longer finite; take a shorter time step or a weaker force")
         return np.asarray(rates)
 
-    def harmonic_rate(self, w: Floats, V: Floats) -> Floats:
-        """dc_k/dt = -Σ_f A_f w_f (n x V_f)·h_k, (2g,), w_f the mean of the corners."""
-        if not len(self.harmonic):
+    def harmonic_rate(self, w: Floats, psi: Floats, c: Floats) -> Floats:
+        """Return dc_k/dt = -Σ_f A_f w_f (n x V_f)·h_k, (2g,), w_f the mean of the corners."""
+        if not len(c):
             return np.zeros(0)
-        lift = quarter_turn(self.mesh, V) * (self.mesh.face_areas * w[self.mesh.faces].mean(axis=1))[:, None]
-        return np.asarray(-np.einsum("gfx,fx->g", self.harmonic, lift))
+        weights = self.mesh.face_areas * w[self.mesh.faces].mean(axis=1)
+        force = quarter_turn(self.mesh, self.velocity(psi, c)) * weights[:, None]
+        return np.asarray(-np.einsum("gfx,fx->g", self.harmonic, force))
+
+    def diffusion(self, nu_dt: float) -> DirectSolver:
+        """Factor M + ν dt S, which maps the diffused w to q."""
+        return DirectSolver(backward_euler(self.areas, stiffness(self.mesh), nu_dt), self.areas > 0)
+
+    def _extrapolated_to_boundary(self, q: Floats) -> Floats:
+        """q with the vorticity at boundary vertices replaced by the mass-weighted mean of adjacent inner vertices."""
+        boundary = self.mesh.boundary_vertices
+        if not len(boundary):
+            return q
+        inner = np.ones_like(q)
+        inner[boundary] = 0.0
+        sums, weights = self._mass @ (inner * (q * self.inverse_areas)), self._mass @ inner
+        w = np.divide(sums, weights, out=np.zeros_like(sums), where=weights > 0)
+        return np.where(inner > 0, q, w * self.areas)
 
     def _jacobian_pattern(self) -> tuple[Floats, Floats, sp.csr_array]:
         """For each entry (i, j), the vertices l and k beyond the edge: J_ij = (ψ_l - ψ_k)/6 [Arakawa 1966].
 
         Face (i, j, k) holds the edge from i to j, face (j, i, l) the one from j to i. On the boundary the missing
-        vertex is i itself, whose ψ is the loop's; on the diagonal both are.
+        vertex is replaced by i, whose ψ is that of the loop; on the diagonal both are.
         """
-        mesh = self.mesh
+        mesh, n = self.mesh, np.int64(self.mesh.n_vertices)
         pattern = self._derivative.weak(np.zeros((mesh.n_faces, 3)))
-        rows = self._rows = np.repeat(np.arange(mesh.n_vertices), np.diff(pattern.indptr))
-        keys = rows * np.int64(mesh.n_vertices) + pattern.indices
-        order = np.argsort(keys)
+        rows = self._rows = np.repeat(np.arange(n), np.diff(pattern.indptr))
+        keys = rows * n + pattern.indices  # ascending
         sides = []
-        for ahead in (True, False):
-            i, j = np.roll(mesh.faces, -1, axis=1), np.roll(mesh.faces, -2, axis=1)  # edge i -> j, opposite corner k
-            i, j = (i, j) if not ahead else (j, i)
-            at = order[np.searchsorted(keys, (i * np.int64(mesh.n_vertices) + j).ravel(), sorter=order)]
+        i, j = np.roll(mesh.faces, -1, axis=1), np.roll(mesh.faces, -2, axis=1)  # edge i -> j, opposite corner k
+        for start, end in ((j, i), (i, j)):
             beyond = rows.copy()
-            beyond[at] = mesh.faces.ravel()
+            beyond[np.searchsorted(keys, (start * n + end).ravel())] = mesh.faces.ravel()
             sides.append(beyond)
         return sides[0], sides[1], pattern
+
+
+def _checked(given: ArrayLike | None, count: int, name: str) -> Floats:
+    """Values as an array, (count,), zeros for None; FieldError if they have another shape or are not finite."""
+    values = np.zeros(count) if given is None else np.asarray(given, dtype=float)
+    if values.shape != (count,) or not np.isfinite(values).all():
+        raise FieldError(f"{name} has {count} finite values on this mesh, not an array of shape {values.shape}")
+    return values

@@ -1,9 +1,12 @@
-"""Schemes in vorticity form: what they share."""
+"""What schemes in vorticity form share: their unknowns, forces, viscosity, the filter and the transport of color."""
 
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
 import scipy.sparse as sp
+from numpy.typing import ArrayLike
 
 from geomhw.arrays import Floats, dot
 from geomhw.errors import FieldError
@@ -14,19 +17,56 @@ from geomhw.mesh.triangle_mesh import TriangleMesh
 
 #: The filter's rate α in units of the rate at which the flow crosses edges (`VorticityModel.rates`).
 FILTER_RATE = 8.0
-#: The largest α dt of a part at which even the finest wave, K = 3/4, does not change sign; and how many parts at most.
+#: Largest α dt of a substep: up to here even the shortest wave, R = 3/4, does not change sign. And most substeps.
 STABLE_DAMPING = 1.0
-FILTER_PARTS = 2
+FILTER_SUBSTEPS = 2
+#: Earlier stream functions that are kept, for extrapolation.
+HISTORY = 4
 
-Memory = dict[str, Floats]
+
+@dataclass(frozen=True)
+class Unknowns:
+    """The unknowns of the vorticity equation, and the stream function that they determine.
+
+    q: integrated vorticity, (n,). circulations: along boundary loops, (k,), zero at other unknowns of ψ. c: harmonic
+    coefficients, (2g,). psi: stream function, (n,). earlier: stream functions of earlier steps, latest first.
+    """
+
+    q: Floats
+    circulations: Floats
+    c: Floats
+    psi: Floats
+    earlier: tuple[Floats, ...] = ()
+
+    @classmethod
+    def of(cls, variables: Mapping[str, Floats]) -> "Unknowns":
+        """From the arrays of a state."""
+        earlier = (variables.get(f"psi_{k}") for k in range(1, HISTORY + 1))
+        q, circulations, c, psi = (variables[name] for name in ("q", "around", "c", "psi"))
+        return cls(q, circulations, c, psi, tuple(before for before in earlier if before is not None))
+
+    def variables(self) -> dict[str, Floats]:
+        """As the arrays of a state."""
+        earlier = {f"psi_{k}": psi for k, psi in enumerate(self.earlier, 1)}
+        return {"q": self.q, "around": self.circulations, "c": self.c, "psi": self.psi, **earlier}
 
 
 class VorticityScheme:
-    """What the schemes in vorticity form share: state, forces, filter, viscosity, dye; `_advance` is theirs.
+    """Base of the schemes in vorticity form.
 
-    filter: damp what the mesh cannot carry, dq/dt = -D w + λ M(ψ - mean), D = K M⁻¹ √α K √α M⁻¹ K, K = M - M_c, and α
-    some 12 |V|/h at each vertex; λ is such that no energy is lost. Only the finest waves decay: enstrophy falls, and
-    circulation stays. viscosity: ν, length²/time; vorticity diffuses by backward Euler.
+    Parameters
+    ----------
+    mesh : an oriented manifold of any genus, with or without boundary.
+    filter : damp the shortest waves, dq/dt = -M D w + λ M(ψ - mean), with D = R √α R √α R, R = I - M⁻¹M_c, and α about
+        12 |V|/h at each vertex. λ is such that no energy is lost. Enstrophy decreases; circulation is conserved.
+    viscosity : ν ≥ 0, length²/time; vorticity diffuses by backward Euler.
+
+    Raises
+    ------
+    MeshError
+        If the mesh is not an oriented manifold, or a face has zero area.
+    FieldError
+        If the viscosity is negative or not finite.
     """
 
     def __init__(self, mesh: TriangleMesh, filter: bool = True, viscosity: float = 0.0) -> None:
@@ -34,77 +74,97 @@ class VorticityScheme:
             raise FieldError(f"the viscosity must be zero or a positive number, not {viscosity}")
         self.mesh = mesh
         self.model = VorticityModel(mesh)
-        self._dye = PassiveScalar(self.model)
+        self._scalar = PassiveScalar(self.model)
         self._filter = filter
         self._viscosity = viscosity
         self._diffusion = lru_cache(maxsize=2)(self.model.diffusion)
 
-    def start(self, velocity: Floats, color: Floats) -> FlowState:
-        """The divergence-free part of the velocity, at time 0."""
-        return self.from_vorticity(*self.model.from_velocity(velocity), color)
+    def start(self, velocity: Floats, color: ArrayLike | None = None) -> FlowState:
+        """Return the state at time 0 with the divergence-free part of a velocity, (m, 3); color zero by default."""
+        return self._initial(*self.model.from_velocity(velocity), color)
 
-    def from_vorticity(self, q: Floats, around: Floats, c: Floats, color: Floats) -> FlowState:
-        """State of that integrated vorticity, (n,), loop circulations and harmonic coefficients, at time 0."""
-        memory = {"q": q, "around": around, "c": c, "psi": self.model.stream_function(q, around)}
-        return FlowState(0, 0.0, np.asarray(color, dtype=float), memory)
+    def from_vorticity(
+        self,
+        w: ArrayLike,
+        color: ArrayLike | None = None,
+        *,
+        circulations: ArrayLike | None = None,
+        harmonic: ArrayLike | None = None,
+    ) -> FlowState:
+        """Return the state at time 0 with a given vorticity.
 
-    def velocity(self, state: FlowState) -> Floats:
-        """n x ∇ψ + Σ c_k h_k per face, (m, 3)."""
-        return self.model.velocity(state.memory["psi"], state.memory["c"])
+        Parameters
+        ----------
+        w : (n,) array, units 1/time. Its mean on each component is changed to satisfy Stokes' theorem.
+        color : (n,) or (n, k) array, by default zero.
+        circulations : (l,) array, length²/time, along the boundary loops in the order of `coefficients`; by default
+            zero.
+        harmonic : (2g,) array, length²/time, coefficients of ``model.harmonic``; by default zero.
+        """
+        return self._initial(*self.model.from_vorticity(w, circulations, harmonic), color)
 
-    def vorticity(self, state: FlowState) -> Floats:
-        """B q, (n,)."""
-        return self.model.vorticity(state.memory["q"])
+    def _initial(self, q: Floats, circulations: Floats, c: Floats, color: ArrayLike | None) -> FlowState:
+        unknowns = Unknowns(q, circulations, c, self.model.stream_function(q, circulations))
+        return FlowState.initial(self.mesh, color, unknowns.variables())
 
-    def coefficients(self, state: FlowState) -> dict[str, float]:
-        """c_k of the harmonic fields, harmonic_k, and the circulation round boundary loops, loop_k; length²/time."""
-        loops = state.memory["around"][self.model.loops]
-        named = {"harmonic": state.memory["c"], "loop": loops}
-        return {f"{name}_{k}": float(value) for name, values in named.items() for k, value in enumerate(values)}
-
-    def step(self, state: FlowState, dt: float, force: Force | None) -> FlowState:
-        """One step of dt; ConvergenceError where it is too long for the scheme."""
-        model, memory = self.model, dict(state.memory)
+    def step(self, state: FlowState, dt: float, force: Force | None = None) -> FlowState:
+        """Add the force, advect and diffuse the vorticity, advect the color; ConvergenceError if dt is too long."""
+        flow = Unknowns.of(state.variables)
         if force is not None:
-            memory = self._pushed(memory, dt, force(state.time))
-        q, psi, c, J = self._advance(memory, dt)
+            flow = self.add_force(flow, dt * force(state.time))
+        later, J = self.advect(flow, dt)
         if self._viscosity:
-            q = self._diffusion(self._viscosity * dt)(q) * model.areas
-            psi = model.stream_function(q, memory["around"])
-        color = self._dye.carry(model.derivative(J), state.color, dt)
-        past = {"psi_1": memory["psi"]}
-        past |= {f"psi_{k + 1}": memory[f"psi_{k}"] for k in (1, 2, 3) if f"psi_{k}" in memory}
-        return FlowState(
-            state.step + 1, state.time + dt, color, {"q": q, "around": memory["around"], "c": c, "psi": psi, **past}
-        )
+            later = self.diffuse(later, dt)
+        later = replace(later, earlier=(flow.psi, *flow.earlier)[:HISTORY])
+        color = self._scalar.advect(self.model.derivative(J), state.color, dt)
+        return FlowState(state.step + 1, state.time + dt, color, later.variables())
 
-    def _advance(self, now: Memory, dt: float) -> tuple[Floats, Floats, Floats, sp.csr_array]:
-        """q, ψ and c at the end of the step, and J of its middle."""
+    def advect(self, flow: Unknowns, dt: float) -> tuple[Unknowns, sp.csr_array]:
+        """Return the unknowns at the end of the step, and J of its middle."""
         raise NotImplementedError
 
-    def _pushed(self, memory: Memory, dt: float, acceleration: Floats) -> Memory:
-        """The state with dt times the acceleration added to its velocity; earlier ψ are shifted alike."""
-        q, around, c = self.model.from_velocity(dt * acceleration)
-        push = self.model.stream_function(q, around)
-        shifted = {name: psi + push for name, psi in memory.items() if name.startswith("psi")}
-        return {"q": memory["q"] + q, "around": memory["around"] + around, "c": memory["c"] + c, **shifted}
+    def add_force(self, flow: Unknowns, impulse: Floats) -> Unknowns:
+        """Add an impulse, (m, 3), dt times the acceleration, to the velocity; earlier ψ are shifted with the latest."""
+        q, circulations, c = self.model.from_velocity(impulse)
+        psi = self.model.stream_function(q, circulations)
+        earlier = tuple(before + psi for before in flow.earlier)
+        return Unknowns(flow.q + q, flow.circulations + circulations, flow.c + c, flow.psi + psi, earlier)
 
-    def _smoothed_away(self, density: Floats, dt: float, J: sp.csr_array) -> Floats:
-        """What the filter takes in a step from q = M density, (n,), before energy is given back; it sums to zero."""
+    def diffuse(self, flow: Unknowns, dt: float) -> Unknowns:
+        """Diffuse the vorticity by a step of backward Euler."""
+        q = self._diffusion(self._viscosity * dt)(flow.q) * self.model.areas
+        return replace(flow, q=q, psi=self.model.stream_function(q, flow.circulations))
+
+    def filter_loss(self, density: Floats, dt: float, J: sp.csr_array) -> Floats:
+        """Return what the filter subtracts in a step from q = M density, (n,), before energy is restored; sum zero."""
         model = self.model
         if not self._filter:
             return np.zeros_like(density)
         alpha = FILTER_RATE * model.rates(J)
-        parts = int(np.clip(np.ceil(dt * alpha.max() / STABLE_DAMPING), 1, FILTER_PARTS))
-        s = dt / parts
+        substeps = int(np.clip(np.ceil(dt * alpha.max() / STABLE_DAMPING), 1, FILTER_SUBSTEPS))
+        s = dt / substeps
         alpha = np.minimum(alpha, STABLE_DAMPING / s)
-        left = density
-        for _ in range(parts):
-            left = left - s * model.roughness(model.sharpened(left), alpha)
-        return np.asarray(model.areas * (density - left))
+        damped = density
+        for _ in range(substeps):
+            damped = damped - s * model.hyperdiffusion(model.mass_corrected(damped), alpha)
+        return np.asarray(model.areas * (density - damped))
 
-    def _neutral(self, dq: Floats, psi: Floats) -> Floats:
-        """dq and so much of M(ψ - mean) that no energy is lost where ψ is the mean of its step: ψᵀdq = 0."""
-        lever = self.model.centered(self.model.areas * psi)
-        arm = dot(psi, lever)
-        return dq - (dot(psi, dq) / arm) * lever if arm else dq
+    def energy_neutral(self, dq: Floats, psi: Floats) -> Floats:
+        """Return dq plus the multiple of M(ψ - mean) with which ψᵀdq = 0: no energy is lost if ψ is the step's mean."""
+        gain = self.model.without_mean(self.model.areas * psi)
+        norm = dot(psi, gain)
+        return dq - (dot(psi, dq) / norm) * gain if norm else dq
+
+    def velocity(self, state: FlowState) -> Floats:
+        """Return n x ∇ψ + Σ c_k h_k per face, (m, 3)."""
+        return self.model.velocity(state.variables["psi"], state.variables["c"])
+
+    def vorticity(self, state: FlowState) -> Floats:
+        """Return w = B q, (n,), units 1/time."""
+        return self.model.vorticity(state.variables["q"])
+
+    def coefficients(self, state: FlowState) -> dict[str, float]:
+        """Return c_k as ``harmonic_k`` and the circulation along each boundary loop as ``loop_k``, length²/time."""
+        flow = Unknowns.of(state.variables)
+        named = {"harmonic": flow.c, "loop": flow.circulations[self.model.loops]}
+        return {f"{name}_{k}": float(value) for name, values in named.items() for k, value in enumerate(values)}

@@ -11,7 +11,7 @@ from geomhw.mesh.surface_points import SurfacePoints
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.solvers.auto import LaplaceSolver
 from geomhw.solvers.log_scaled import LogValues
-from geomhw.solvers.nullspace import balanced, free_unknowns
+from geomhw.solvers.nullspace import free_unknowns, without_mean
 
 
 class DistancePoisson:
@@ -45,7 +45,7 @@ class DistancePoisson:
             # Heat falls about as exp(-φ/√t): Varadhan, On the behavior of the fundamental solution, 1967.
             guess = np.where(np.isfinite(heat.log), -np.sqrt(self._step.time.t) * heat.log, 0.0)
             self._shift(guess, np.flatnonzero(~self._free))
-            phi = self.solve(balanced(-div, components), guess)
+            phi = self.solve(without_mean(-div, components), guess)
             self._shift(phi, sources.vertices)
             phi[sources.vertices] = 0.0
         else:
@@ -60,7 +60,7 @@ class DistancePoisson:
         """
         assert self.solve.factored
         components, columns = self._mesh.components, np.arange(len(vertices))
-        phi = self.solve.factored(balanced(-div, components))
+        phi = self.solve.factored(without_mean(-div, components))
         phi -= phi[vertices, columns]
         phi[vertices, columns] = 0.0
         if self._mesh.n_components + len(self._mesh.unreferenced_vertices) > 1:

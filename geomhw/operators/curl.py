@@ -58,4 +58,4 @@ def curl_of(mesh: TriangleMesh, field: Floats, weak_divergence: sp.csr_array | N
     (k,) array, units of the field times length.
     """
     D = divergence(mesh) if weak_divergence is None else weak_divergence
-    return np.asarray(-(D @ quarter_turn(mesh, field).ravel()))
+    return np.asarray(D @ -quarter_turn(mesh, field).ravel())

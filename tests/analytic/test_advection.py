@@ -23,7 +23,7 @@ def test_blob_is_found_downstream() -> None:
     """A blob on the equator moves with the flow: after time 1 its center stands at an angle of 1 radian."""
     mesh = icosphere(4)
     start = int((mesh.vertices @ [1, 0, 0]).argmax())
-    carried = FlowMap(mesh, rigid_field(mesh, Z)).carry(blob(mesh, start), 1.0)
+    carried = FlowMap(mesh, rigid_field(mesh, Z)).advect(blob(mesh, start), 1.0)
     weight = mesh.vertex_areas * np.maximum(carried, 0)
     x, y, _ = weight @ mesh.vertices
     assert np.arctan2(y, x) == pytest.approx(1.0, abs=0.02)

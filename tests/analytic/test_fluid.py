@@ -8,17 +8,17 @@ from geomhw.flow.initial_fields import blob, random_field, rigid_field
 from geomhw.flow.tangent_fields import energy
 from geomhw.fluid import initial
 from geomhw.fluid.conservative import ConservativeScheme
-from geomhw.fluid.forces import top_jet
+from geomhw.fluid.initial import top_jet
 from geomhw.fluid.passive_scalar import PassiveScalar
 from geomhw.fluid.rk4 import RK4Scheme
-from geomhw.fluid.run import Plan
-from geomhw.fluid.schemes import scheme_of
-from geomhw.fluid.stable_fluids import Advection, StableFluidsScheme
+from geomhw.fluid.run import Plan, scheme_of
+from geomhw.fluid.stable_fluids import StableFluidsScheme
 from geomhw.fluid.state import Diagnostics
 from geomhw.fluid.vorticity import VorticityModel
 from geomhw.mesh.primitives import cylinder_band, icosphere, torus
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.operators.directional_derivative import DirectionalDerivative
+from geomhw.options import Advection
 from support.exact import WAVE_RATE, Z, last, rossby_haurwitz, wave_velocity
 from support.meshes import zoo_mesh
 
@@ -92,12 +92,12 @@ def test_color_keeps_its_bounds() -> None:
 def test_color_comes_back_from_a_turn(courant: float) -> None:
     """A bump carried once round the sphere returns to its place and height, at each Courant number."""
     mesh = icosphere(4)
-    dye, V = PassiveScalar(VorticityModel(mesh)), rigid_field(mesh, np.array([0.3, 0.5, 0.8]))
+    scalar, V = PassiveScalar(VorticityModel(mesh)), rigid_field(mesh, np.array([0.3, 0.5, 0.8]))
     D = DirectionalDerivative(mesh)(V)
     color = start = blob(mesh, 0)
     steps = int(np.ceil(2 * np.pi / (courant * mesh.mean_edge_length / np.linalg.norm(V, axis=1).max())))
     for _ in range(steps):
-        color = dye.carry(D, color, 2 * np.pi / steps)
+        color = scalar.advect(D, color, 2 * np.pi / steps)
     assert np.linalg.norm(color - start) < 0.05 * np.linalg.norm(start)
     assert 0.92 < color.max() <= 1
     assert color.min() >= 0

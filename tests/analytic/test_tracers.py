@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from geomhw.flow import tracer as tracer_module
+from geomhw.flow import streamlines
+from geomhw.flow.streamlines import FacePoints, StreamlineTracer
 from geomhw.flow.tangent_fields import tangential
-from geomhw.flow.tracer import Particles, Tracer
 from geomhw.mesh.primitives import cylinder_band, grid, icosphere
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from support.exact import Z
@@ -16,8 +16,8 @@ def test_straight_lines(direction: tuple[float, float]) -> None:
     """In a uniform flow on a flat grid, a particle moves to x + tV, to rounding."""
     mesh = grid(16, 12, 4.0, 3.0)
     V = np.tile([*direction, 0.0], (mesh.n_faces, 1))
-    tracer = Tracer(mesh)
-    start = tracer.seed(400)
+    tracer = StreamlineTracer(mesh)
+    start = tracer.seeds(400)
     x = tracer.positions(start)
     end = x + 0.9 * V[0]
     inside = ((end[:, :2] > 0.01) & (end[:, :2] < [3.99, 2.99])).all(axis=1)
@@ -32,8 +32,8 @@ def test_along_the_edges_of_a_grid() -> None:
     inner = np.flatnonzero((mesh.face_centers[:, 0] < 3) & (np.abs(mesh.face_centers[:, 1] - 5) < 3))
     faces, corner = np.repeat(inner, 3), np.tile([0, 1, 2], len(inner))
     for weights in (np.eye(3)[corner], (1 - np.eye(3)[corner]) / 2):  # vertices; midpoints of edges
-        start = Particles(faces, weights)
-        tracer = Tracer(mesh)
+        start = FacePoints(faces, weights)
+        tracer = StreamlineTracer(mesh)
         end = tracer.positions(tracer.advance(start, V, 5.25))
         np.testing.assert_allclose(end, tracer.positions(start) + V[0] * 5.25, atol=1e-13)
 
@@ -43,8 +43,8 @@ def test_round_a_cylinder() -> None:
     mesh = cylinder_band(24, 6)
     V = tangential(mesh, np.cross(Z, mesh.face_centers))
     V *= (2 * np.sin(np.pi / 24) / np.linalg.norm(V, axis=1))[:, None]
-    tracer = Tracer(mesh)
-    start = tracer.seed(200)
+    tracer = StreamlineTracer(mesh)
+    start = tracer.seeds(200)
     x = tracer.positions(start)
     c, s = np.cos(np.pi / 12), np.sin(np.pi / 12)
     side = x @ np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]])
@@ -62,8 +62,8 @@ def two_faces(left: list[float], right: list[float]) -> tuple[TriangleMesh, np.n
 def test_against_each_other() -> None:
     """Where fields on both sides push into an edge, particles slide along it by Filippov's mean of both."""
     mesh, V = two_faces([3.0, 1.0], [-1.0, 2.0])  # a quarter of the first and three of the second
-    tracer = Tracer(mesh)
-    start = Particles(np.array([0, 1]), np.array([[0.5, 0.4, 0.1], [0.4, 0.5, 0.1]]))  # at (-0.8, 4.5), (0.8, 4.5)
+    tracer = StreamlineTracer(mesh)
+    start = FacePoints(np.array([0, 1]), np.array([[0.5, 0.4, 0.1], [0.4, 0.5, 0.1]]))  # at (-0.8, 4.5), (0.8, 4.5)
     arrival = np.array([0.8 / 3, 0.8])
     y = tracer.positions(start)[:, 1] + arrival * [1.0, 2.0] + (1.5 - arrival) * 1.75
     np.testing.assert_allclose(
@@ -75,8 +75,8 @@ def test_along_the_boundary() -> None:
     """At the boundary, particles slide along it by the tangential component, and stop in the corner."""
     mesh = grid(6, 4, 6.0, 4.0)
     V = np.tile([1.0, 0.5, 0.0], (mesh.n_faces, 1))
-    tracer = Tracer(mesh)
-    start = tracer.seed(150)
+    tracer = StreamlineTracer(mesh)
+    start = tracer.seeds(150)
     x = tracer.positions(start)
     dt = 3.3
     for time in (dt, 40.0):
@@ -88,11 +88,11 @@ def test_sources_and_sinks() -> None:
     """Particles end in a sink on time; a particle on a source leaves it."""
     mesh = icosphere(3)
     V = tangential(mesh, np.broadcast_to(-Z, (mesh.n_faces, 3)))
-    tracer = Tracer(mesh)
-    end = tracer.positions(tracer.advance(tracer.seed(200), V, 100.0))
+    tracer = StreamlineTracer(mesh)
+    end = tracer.positions(tracer.advance(tracer.seeds(200), V, 100.0))
     np.testing.assert_allclose(end, np.tile(end[:1], (200, 1)), atol=1e-12)
     assert end[0, 2] == mesh.vertices[:, 2].min()
-    off = tracer.advance(tracer.advance(tracer.seed(5), V, 100.0), -V, 4.0)
+    off = tracer.advance(tracer.advance(tracer.seeds(5), V, 100.0), -V, 4.0)
     assert (tracer.positions(off)[:, 2] > -0.9).all()
 
 
@@ -107,8 +107,8 @@ def wheel(turn: float, inward: float) -> tuple[TriangleMesh, np.ndarray]:
 def test_closed_turns() -> None:
     """Round a vertex, a closed path has a period, and 10⁶ periods change nothing."""
     mesh, V = wheel(1.0, 0.0)
-    tracer = Tracer(mesh)
-    start = Particles(np.array([2]), np.array([[0.9, 0.06, 0.04]]))
+    tracer = StreamlineTracer(mesh)
+    start = FacePoints(np.array([2]), np.array([[0.9, 0.06, 0.04]]))
     # The sides of the hexagon through the particle are as long as its distance from the center.
     period = 6 * 0.1 / np.linalg.norm(V[0])
     for turns in (1, 3, 10**6):
@@ -119,8 +119,8 @@ def test_closed_turns() -> None:
 def test_spirals() -> None:
     """On a slow spiral one long step equals 100 short ones: it is not taken for a closed path."""
     mesh, V = wheel(1.0, 1e-4)
-    tracer = Tracer(mesh)
-    start = parts = Particles(np.array([2]), np.array([[0.9, 0.06, 0.04]]))
+    tracer = StreamlineTracer(mesh)
+    start = parts = FacePoints(np.array([2]), np.array([[0.9, 0.06, 0.04]]))
     for _ in range(100):
         parts = tracer.advance(parts, V, 0.2)
     whole = tracer.advance(start, V, 20.0)
@@ -130,11 +130,11 @@ def test_spirals() -> None:
 
 def test_spirals_end(monkeypatch: pytest.MonkeyPatch) -> None:
     """Spirals into a vertex are cut off near the center."""
-    monkeypatch.setattr(tracer_module, "MOST_CROSSINGS", 100)
+    monkeypatch.setattr(streamlines, "MOST_CROSSINGS", 100)
     mesh, V = wheel(1.0, 1e-4)
-    near = Particles(np.array([2]), np.array([[1 - 8e-4, 4e-4, 4e-4]]))
-    end = Tracer(mesh).positions(Tracer(mesh).advance(near, V, 20.0))
-    assert np.linalg.norm(end) < tracer_module.CORE
+    near = FacePoints(np.array([2]), np.array([[1 - 8e-4, 4e-4, 4e-4]]))
+    end = StreamlineTracer(mesh).positions(StreamlineTracer(mesh).advance(near, V, 20.0))
+    assert np.linalg.norm(end) < streamlines.CORE
 
 
 def test_the_fastest_way_off() -> None:
@@ -143,6 +143,6 @@ def test_the_fastest_way_off() -> None:
     for fastest in range(6):
         W = V * np.where(np.arange(6) == fastest, 3.0, 2.0)[:, None]
         for face in range(6):
-            at_vertex = Particles(np.array([face]), np.array([[1.0, 0.0, 0.0]]))
-            end = Tracer(mesh).positions(Tracer(mesh).advance(at_vertex, W, 0.1))
+            at_vertex = FacePoints(np.array([face]), np.array([[1.0, 0.0, 0.0]]))
+            end = StreamlineTracer(mesh).positions(StreamlineTracer(mesh).advance(at_vertex, W, 0.1))
             np.testing.assert_allclose(end[0], 0.1 * W[fastest], atol=1e-15)

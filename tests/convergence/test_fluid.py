@@ -3,11 +3,10 @@
 import numpy as np
 import pytest
 
-from geomhw.fluid.run import Plan
-from geomhw.fluid.schemes import scheme_of
+from geomhw.fluid.run import Plan, scheme_of
 from geomhw.fluid.vorticity_scheme import VorticityScheme
 from geomhw.mesh.primitives import icosphere
-from support.exact import WAVE_RATE, last, rossby_haurwitz, start_of
+from support.exact import WAVE_RATE, last, rossby_haurwitz
 from support.rates import fitted_rate
 
 LEVELS = (3, 4, 5)
@@ -18,7 +17,7 @@ def wave_errors(level: int, scheme: str) -> tuple[float, float]:
     mesh = icosphere(level)
     stepper = scheme_of(mesh, scheme)  # type: ignore[arg-type]
     assert isinstance(stepper, VorticityScheme)
-    state, errors = start_of(stepper, rossby_haurwitz(mesh)), []
+    state, errors = stepper.from_vorticity(rossby_haurwitz(mesh)), []
     for share in (0.8, 1.0):
         T = share * 2 * np.pi / WAVE_RATE
         state = last(stepper, state, Plan(cfl=1.0, until=T, every=1000))

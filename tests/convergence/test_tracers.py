@@ -3,10 +3,10 @@
 import numpy as np
 
 from geomhw.flow.initial_fields import random_field
-from geomhw.flow.tracer import Tracer
-from geomhw.flow.tracer_cloud import Tracing
+from geomhw.flow.pathlines import PathlineTracer
+from geomhw.flow.streamlines import StreamlineTracer
 from geomhw.fluid.conservative import ConservativeScheme
-from geomhw.fluid.traced import TracedScheme
+from geomhw.fluid.traced_scheme import TracedScheme
 from geomhw.mesh.primitives import icosphere, torus
 from geomhw.mesh.sampling import points_on
 from geomhw.operators.gradient import gradient
@@ -22,8 +22,8 @@ def test_rotation_converges() -> None:
     for level in (2, 3, 4):
         mesh = icosphere(level)
         V = -np.cross(mesh.face_normals, (gradient(mesh) @ mesh.vertices[:, 2]).reshape(-1, 3))
-        tracer = Tracer(mesh)
-        start = tracer.seed(400)
+        tracer = StreamlineTracer(mesh)
+        start = tracer.seeds(400)
         x, y = tracer.positions(start), tracer.positions(tracer.advance(start, V, 1.0))
         turn = np.angle((y[:, 0] + 1j * y[:, 1]) / (x[:, 0] + 1j * x[:, 1]))
         errors.append(np.sqrt(np.mean((np.hypot(x[:, 0], x[:, 1]) * (turn - 1.0)) ** 2)))
@@ -37,14 +37,14 @@ def test_unsteady_flow_is_second_order() -> None:
     """Tracers in an unsteady flow have an error of order dt², with the velocity of the middle of each step."""
     mesh = torus(24, 12)
     A, B = random_field(mesh, 1), random_field(mesh, 2)
-    tracing_ = Tracing(mesh)
+    tracing_ = PathlineTracer(mesh)
 
     def end(steps: int) -> np.ndarray:
         tracers, dt = tracing_.start(100), 0.2 / steps
         for k in range(steps):
             before, after = (np.cos(9 * t) * A + np.sin(9 * t) * B for t in (k * dt, (k + 1) * dt))
             tracers = tracing_.step(tracers, (before + after) / 2, (k + 1) * dt)
-        return points_on(mesh, tracers.particles.faces, tracers.particles.weights)
+        return points_on(mesh, tracers.points.faces, tracers.points.weights)
 
     exact, counts = end(512), (8, 16, 32)
     errors = [np.median(np.linalg.norm(end(steps) - exact, axis=1)) for steps in counts]

@@ -24,9 +24,9 @@ def test_refusals() -> None:
         FlowMap(mesh, V, "euler")  # type: ignore[arg-type]
     flow = FlowMap(mesh, V)
     with pytest.raises(FieldError, match="642 values"):
-        flow.carry(np.zeros(7), 1.0)
+        flow.advect(np.zeros(7), 1.0)
     with pytest.raises(FieldError, match="vertex 9"):
-        flow.carry(np.where(np.arange(642) == 9, np.nan, 0.0), 1.0)
+        flow.advect(np.where(np.arange(642) == 9, np.nan, 0.0), 1.0)
     for dt, steps, every, words in ((0.0, 1, 1, "positive"), (np.nan, 1, 1, "positive"), (1.0, 0, 1, "one step")):
         with pytest.raises(FieldError, match=words):
             list(frames(flow, mesh.vertices[:, 0], dt, steps, every))

@@ -52,7 +52,7 @@ def test_no_film_without_opengl(command: str, folder: Path, monkeypatch: pytest.
         (["FIELD", "hole.npy"], ["hole.npy", "row 7", "nan"]),
         (["FIELD", "short.npy"], ["short.npy", "79 rows", "80 faces"]),
         (["FIELD", "w.vtp:gale"], ["gale", "wind"]),
-        (["FIELD", "w.vtp:u"], ["'u' is no vector field"]),
+        (["FIELD", "w.vtp:u"], ["'u' is not a vector field"]),
         (["FIELD", "none.vtp:u"], ["none.vtp", "no such file"]),
         (["--color", "w.vtp:wind"], ["w.vtp:wind", "per vertex"]),
         (["--color", "blob:42"], ["source 42 is not a vertex", "0 to 41"]),

@@ -1,6 +1,7 @@
 """Fluid schemes refuse wrong plans, meshes, options and steps that are too long."""
 
 import re
+from typing import Any
 
 import numpy as np
 import pytest
@@ -9,8 +10,8 @@ from geomhw.errors import ConvergenceError, FieldError, MeshError
 from geomhw.flow.initial_fields import random_field
 from geomhw.fluid import initial
 from geomhw.fluid.conservative import ConservativeScheme
-from geomhw.fluid.run import Plan, run
-from geomhw.fluid.schemes import scheme_of
+from geomhw.fluid.rk4 import RK4Scheme
+from geomhw.fluid.run import Plan, run, scheme_of
 from geomhw.fluid.stable_fluids import StableFluidsScheme
 from geomhw.mesh.primitives import moebius_band
 from support.meshes import zoo_mesh
@@ -103,3 +104,11 @@ def test_the_largest_courant_number_is_named(scheme: str, name: str) -> None:
         assert len(list(run(stepper, start, plan, None))) == 2
     with pytest.raises(ConvergenceError):
         stepper.step(start, 2 * float(found[2]), None)
+
+
+@pytest.mark.parametrize("wrong", [{"w": [1.0]}, {"w": [np.nan] * 240}, {"harmonic": [1.0]}, {"circulations": 1.0}])
+def test_starts_refused(wrong: dict[str, Any]) -> None:
+    """A vorticity, harmonic coefficients or circulations that are not one finite value for each are refused."""
+    scheme = RK4Scheme(zoo_mesh("crumpled_torus"))
+    with pytest.raises(FieldError, match="finite values"):
+        scheme.from_vorticity(**{"w": np.zeros(scheme.mesh.n_vertices), **wrong})

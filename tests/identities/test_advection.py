@@ -43,8 +43,8 @@ def test_group_property() -> None:
     mesh = zoo_mesh("torus")
     flow = FlowMap(mesh, rigid_field(mesh, Z), "expm")
     f = mesh.vertices[:, 0]
-    np.testing.assert_allclose(flow.pull_back(flow.carry(f, 0.7), 0.7), f, atol=1e-11)
-    np.testing.assert_allclose(flow.carry(flow.carry(f, 0.3), 0.4), flow.carry(f, 0.7), atol=1e-11)
+    np.testing.assert_allclose(flow.pull_back(flow.advect(f, 0.7), 0.7), f, atol=1e-11)
+    np.testing.assert_allclose(flow.advect(flow.advect(f, 0.3), 0.4), flow.advect(f, 0.7), atol=1e-11)
 
 
 @pytest.mark.parametrize("integrator", INTEGRATORS)
@@ -53,10 +53,10 @@ def test_large_steps_are_split(integrator: Integrator) -> None:
     mesh = icosphere(3)
     flow = FlowMap(mesh, rigid_field(mesh, Z), integrator)
     f = mesh.vertices[:, 0]
-    assert np.abs(flow.carry(f, 30.0)).max() < 2
-    np.testing.assert_allclose(flow.carry(np.ones_like(f), 30.0), 1, atol=1e-10)
+    assert np.abs(flow.advect(f, 30.0)).max() < 2
+    np.testing.assert_allclose(flow.advect(np.ones_like(f), 30.0), 1, atol=1e-10)
     with pytest.raises(ConvergenceError, match="shorter step"):
-        flow.carry(f, 1e12)
+        flow.advect(f, 1e12)
 
 
 @pytest.mark.parametrize("factor", [1e-6, 1e6])
@@ -66,8 +66,8 @@ def test_scale(factor: float) -> None:
     large = TriangleMesh(mesh.vertices * factor, mesh.faces)
     f = mesh.vertices[:, 0]
     for make in (rigid_field, rotation_field, lambda m, _: random_field(m, 3)):
-        small = FlowMap(mesh, make(mesh, Z)).carry(f, 0.5)
-        np.testing.assert_allclose(FlowMap(large, make(large, Z)).carry(f, 0.5), small, atol=1e-9)
+        small = FlowMap(mesh, make(mesh, Z)).advect(f, 0.5)
+        np.testing.assert_allclose(FlowMap(large, make(large, Z)).advect(f, 0.5), small, atol=1e-9)
 
 
 def test_random_field_is_renumbered_with_the_mesh() -> None:
@@ -89,7 +89,7 @@ def test_frames() -> None:
     assert [frame.report["time"] for frame in seen] == pytest.approx([0, 0.03, 0.06, 0.07])
     assert seen[-1].report["color_mean"] == pytest.approx(0, abs=1e-12)
     np.testing.assert_array_equal(
-        seen[1]["color"], flow.carry(flow.carry(flow.carry(mesh.vertices[:, 0], 0.01), 0.01), 0.01)
+        seen[1]["color"], flow.advect(flow.advect(flow.advect(mesh.vertices[:, 0], 0.01), 0.01), 0.01)
     )
 
 

@@ -7,7 +7,7 @@ import scipy.sparse as sp
 from geomhw.errors import ConvergenceError
 from geomhw.operators import backward_euler, complex_connection_stiffness, stiffness
 from geomhw.solvers.direct import BLOCK, DirectSolver, SparseLU
-from geomhw.solvers.nullspace import balanced, free_unknowns
+from geomhw.solvers.nullspace import free_unknowns, without_mean
 from support.meshes import ZOO, zoo_mesh
 
 
@@ -52,7 +52,7 @@ def test_held_unknowns_are_zero() -> None:
     """A semidefinite matrix with one vertex per component held, and unused vertices: S x = b, zero where held."""
     mesh = zoo_mesh("two_spheres")
     free = free_unknowns(mesh.components, mesh.unreferenced_vertices)
-    b = balanced(np.sin(np.arange(mesh.n_vertices)), mesh.components)
+    b = without_mean(np.sin(np.arange(mesh.n_vertices)), mesh.components)
     b[mesh.unreferenced_vertices] = 0
     x = DirectSolver(stiffness(mesh), free)(np.stack([b] * BLOCK, axis=1))
     assert not x[~free].any()
@@ -68,3 +68,24 @@ def test_singular_matrices_are_refused(columns: int) -> None:
     chain[7], chain[:, [7]] = 0, 0
     with pytest.raises(ConvergenceError, match="no finite solution"):
         SparseLU(chain.tocsr())(np.ones((30, columns)))
+
+
+@pytest.mark.parametrize("name", ["sphere", "two_spheres"])
+def test_means_are_removed(name: str) -> None:
+    """The rest has mean zero on each component, by weights if there are any; integrals sum to zero; columns alike."""
+    mesh = zoo_mesh(name)
+    labels, areas = mesh.components, mesh.vertex_areas
+    f = np.exp(mesh.vertices[:, 0])
+    columns = np.stack([f, f**2], axis=1)
+    for component in np.unique(labels[mesh.faces]):
+        inside = labels == component
+        assert abs(without_mean(f, labels)[inside].mean()) < 1e-12
+        assert abs((areas * without_mean(f, labels, areas))[inside].sum()) < 1e-12
+        assert abs(without_mean(areas * f, labels, areas, integrated=True)[inside].sum()) < 1e-12
+    np.testing.assert_allclose(
+        without_mean(areas * f, labels, areas, integrated=True), areas * without_mean(f, labels, areas), atol=1e-13
+    )
+    for options in ({}, {"weights": areas}, {"weights": areas, "integrated": True}):
+        alone = [without_mean(column, labels, **options) for column in columns.T]  # type: ignore[arg-type]
+        together = without_mean(columns, labels, **options)  # type: ignore[arg-type]
+        np.testing.assert_allclose(together, np.stack(alone, axis=1), atol=1e-13)

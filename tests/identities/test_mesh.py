@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from geomhw.arrays import pieces, scatter_add
+from geomhw.fluid.passive_scalar import OneRings
 from geomhw.geodesic.heat_method import HeatDistance
 from geomhw.mesh.geometry import corner_sum
 from geomhw.mesh.primitives import icosphere
-from geomhw.mesh.rings import OneRings
 from geomhw.mesh.topology import unique_edges
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from support.meshes import CLOSED, zoo_mesh

@@ -30,7 +30,7 @@ from geomhw.solvers.heat_sweeps import (
 )
 from geomhw.solvers.log_scaled import solve_scaled
 from geomhw.solvers.multigrid import MultigridSolver
-from geomhw.solvers.nullspace import balanced, free_unknowns
+from geomhw.solvers.nullspace import free_unknowns, without_mean
 from geomhw.solvers.permutation import permuted
 from geomhw.transport.vector_heat import VectorHeat
 from support.meshes import ZOO, zoo_mesh
@@ -44,7 +44,7 @@ def test_poisson(name: str) -> None:
     S, free = stiffness(mesh), free_unknowns(mesh.components, mesh.unreferenced_vertices)
     b = np.random.default_rng(1).normal(size=mesh.n_vertices)
     b[mesh.unreferenced_vertices] = 0
-    b = balanced(b, mesh.components)
+    b = without_mean(b, mesh.components)
     x, expected = MultigridSolver(S, free)(b), DirectSolver(S, free)(b)
     np.testing.assert_allclose(x, expected, rtol=0, atol=1e-8 * np.abs(expected).max())
     np.testing.assert_array_equal(MultigridSolver(stiffness(mesh), free)(b), x)
@@ -56,7 +56,7 @@ def test_poisson_from_a_guess(size: float) -> None:
     mesh = icosphere(4)
     S, free = stiffness(mesh), free_unknowns(mesh.components, mesh.unreferenced_vertices)
     rng = np.random.default_rng(1)
-    b = balanced(rng.normal(size=mesh.n_vertices), mesh.components)
+    b = without_mean(rng.normal(size=mesh.n_vertices), mesh.components)
     expected = DirectSolver(S, free)(b)
     guess = np.where(free, expected + size * rng.normal(size=mesh.n_vertices), 0.0)
     np.testing.assert_allclose(MultigridSolver(S, free)(b, guess), expected, rtol=0, atol=1e-8 * np.abs(expected).max())
@@ -66,7 +66,7 @@ def test_a_guess_off_by_a_factor(monkeypatch: pytest.MonkeyPatch) -> None:
     """From a multiple of the solution one iteration suffices."""
     mesh = icosphere(4)
     S, free = stiffness(mesh), free_unknowns(mesh.components, mesh.unreferenced_vertices)
-    b = balanced(np.random.default_rng(3).normal(size=mesh.n_vertices), mesh.components)
+    b = without_mean(np.random.default_rng(3).normal(size=mesh.n_vertices), mesh.components)
     expected = DirectSolver(S, free)(b)
     monkeypatch.setattr("geomhw.solvers.multigrid.MAX_ITERATIONS", 1)
     for factor in (1e-6, -1.0, 1e6):
@@ -78,7 +78,7 @@ def test_set_up_while_something_else_goes_on(monkeypatch: pytest.MonkeyPatch) ->
     """A set-up in the background gives the same bits; its errors are raised, or cured by a factorization, on use."""
     mesh = icosphere(4)
     S, free = stiffness(mesh), free_unknowns(mesh.components, mesh.unreferenced_vertices)
-    b = balanced(np.random.default_rng(4).normal(size=mesh.n_vertices), mesh.components)
+    b = without_mean(np.random.default_rng(4).normal(size=mesh.n_vertices), mesh.components)
     expected = LaplaceSolver(S, free, "multigrid")(b)
     ahead = LaplaceSolver(S, free, "multigrid")
     ahead.begin()

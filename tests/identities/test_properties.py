@@ -114,5 +114,5 @@ def test_flow_keeps_energy(mesh: TriangleMesh, seed: int) -> None:
     start = scheme.start(random_field(mesh, seed % 1000), np.zeros(mesh.n_vertices))
     before = energy(mesh, scheme.velocity(start))
     assume(before > 0)
-    end = [moment.state for moment in run(scheme, start, Plan(cfl=0.05, steps=10, every=10), None)][-1]
+    end = [snapshot.state for snapshot in run(scheme, start, Plan(cfl=0.05, steps=10, every=10), None)][-1]
     assert energy(mesh, scheme.velocity(end)) == pytest.approx(before, rel=1e-9)

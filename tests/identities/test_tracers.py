@@ -9,12 +9,12 @@ from scipy.spatial import cKDTree
 from geomhw.errors import FieldError
 from geomhw.flow.harmonic import harmonic_basis
 from geomhw.flow.initial_fields import random_field, rigid_field, rotation_field
+from geomhw.flow.pathlines import POSITIONS, Pathlines, PathlineTracer
+from geomhw.flow.streamlines import FacePoints, StreamlineTracer
 from geomhw.flow.tangent_fields import tangential
-from geomhw.flow.tracer import Particles, Tracer
-from geomhw.flow.tracer_cloud import PLACES, Tracers, Tracing
 from geomhw.fluid.conservative import ConservativeScheme
 from geomhw.fluid.initial import rossby_haurwitz
-from geomhw.fluid.traced import TracedScheme, tracers_of
+from geomhw.fluid.traced_scheme import TracedScheme, tracers_of
 from geomhw.io import read_mesh
 from geomhw.mesh.hilbert_curve import hilbert_keys
 from geomhw.mesh.primitives import icosphere, moebius_band
@@ -37,7 +37,7 @@ def stream_flow(mesh: TriangleMesh, seed: int = 0) -> tuple[np.ndarray, np.ndarr
     return psi, np.cross(mesh.face_normals, (gradient(mesh) @ psi).reshape(-1, 3))
 
 
-def at(mesh: TriangleMesh, values: np.ndarray, particles: Particles) -> np.ndarray:
+def at(mesh: TriangleMesh, values: np.ndarray, particles: FacePoints) -> np.ndarray:
     """Interpolate a function of vertices at the particles."""
     return np.einsum("pk,pk->p", particles.weights, values[mesh.faces[particles.faces]])
 
@@ -47,7 +47,7 @@ def crossing_time(mesh: TriangleMesh, V: np.ndarray) -> float:
     return mesh.mean_edge_length / max(float(np.linalg.norm(V, axis=1).max()), 1e-300)
 
 
-def sound(particles: Particles, count: int) -> bool:
+def sound(particles: FacePoints, count: int) -> bool:
     """Return whether no particle is lost and all weights are valid."""
     weights = particles.weights
     return bool(weights.shape == (count, 3) and weights.min() >= 0 and np.abs(weights.sum(axis=1) - 1).max() < 1e-14)
@@ -63,8 +63,8 @@ def test_stream_function_is_kept(name: str, courant: float) -> None:
     mesh = zoo_mesh(name)
     psi, V = stream_flow(mesh)
     dt = courant * crossing_time(mesh, V) if V.any() else 1.0
-    tracer = Tracer(mesh)
-    start = tracer.seed(300)
+    tracer = StreamlineTracer(mesh)
+    start = tracer.seeds(300)
     end = tracer.advance(start, V, dt)
     assert sound(end, 300)
     np.testing.assert_allclose(at(mesh, psi, end), at(mesh, psi, start), rtol=0, atol=1e-13 * np.abs(psi).max())
@@ -77,10 +77,10 @@ def test_stream_function_is_kept(name: str, courant: float) -> None:
 def test_harmonic_flow(name: str) -> None:
     """Through handles, a path in a harmonic flow and back ends at its start."""
     mesh = zoo_mesh(name)
-    tracer = Tracer(mesh)
+    tracer = StreamlineTracer(mesh)
     for V in harmonic_basis(mesh):
         dt = 50 * crossing_time(mesh, V)
-        start = tracer.seed(100)
+        start = tracer.seeds(100)
         there = tracer.advance(start, V, dt)
         assert np.linalg.norm(tracer.positions(there) - tracer.positions(start), axis=1).mean() > mesh.mean_edge_length
         back = tracer.positions(tracer.advance(there, -V, dt))
@@ -92,9 +92,9 @@ def test_a_step_in_parts(name: str) -> None:
     """Seven short steps equal one long step, to rounding."""
     mesh = zoo_mesh(name)
     V = random_field(mesh, 3)
-    tracer = Tracer(mesh)
+    tracer = StreamlineTracer(mesh)
     dt = 3 * crossing_time(mesh, V)
-    start = parts = tracer.seed(200)
+    start = parts = tracer.seeds(200)
     for _ in range(7):
         parts = tracer.advance(parts, V, dt / 7)
     whole = tracer.advance(start, V, dt)
@@ -110,8 +110,8 @@ def test_any_field(name: str, courant: float) -> None:
     """In a random field on each face every particle stays on the surface."""
     mesh = zoo_mesh(name)
     V = tangential(mesh, np.random.default_rng(4).normal(size=(mesh.n_faces, 3)))
-    tracer = Tracer(mesh)
-    assert sound(tracer.advance(tracer.seed(200), V, courant * crossing_time(mesh, V)), 200)
+    tracer = StreamlineTracer(mesh)
+    assert sound(tracer.advance(tracer.seeds(200), V, courant * crossing_time(mesh, V)), 200)
 
 
 @pytest.mark.parametrize("shape", ["creature.obj", "torus.off"])
@@ -119,8 +119,8 @@ def test_rotation_fields_of_the_handout(shape: str) -> None:
     """In the handout's field, with sources, sinks and spirals, no particle is lost."""
     mesh = read_mesh(DATA / shape)
     V = rotation_field(mesh, np.array([1.0, 0.0, 0.0]))
-    tracer = Tracer(mesh)
-    particles = tracer.seed(200)
+    tracer = StreamlineTracer(mesh)
+    particles = tracer.seeds(200)
     for _ in range(3):
         particles = tracer.advance(particles, V, 20 * crossing_time(mesh, V))
         assert sound(particles, 200)
@@ -129,8 +129,8 @@ def test_rotation_fields_of_the_handout(shape: str) -> None:
 def test_at_rest() -> None:
     """Without flow or time, particles stay, to the last bit."""
     mesh = zoo_mesh("crumpled_sphere")
-    tracer = Tracer(mesh)
-    start = tracer.seed(50)
+    tracer = StreamlineTracer(mesh)
+    start = tracer.seeds(50)
     for V, dt in ((np.zeros((mesh.n_faces, 3)), 5.0), (random_field(mesh, 1), 0.0)):
         end = tracer.advance(start, V, dt)
         np.testing.assert_array_equal(end.faces, start.faces)
@@ -141,8 +141,8 @@ def test_one_sided_surface() -> None:
     """On a Möbius band every particle stays on the surface."""
     mesh = moebius_band(40, 6)
     V = rotation_field(mesh, Z)
-    tracer = Tracer(mesh)
-    assert sound(tracer.advance(tracer.seed(100), V, 100 * crossing_time(mesh, V)), 100)
+    tracer = StreamlineTracer(mesh)
+    assert sound(tracer.advance(tracer.seeds(100), V, 100 * crossing_time(mesh, V)), 100)
 
 
 @needs_reference
@@ -151,8 +151,8 @@ def test_slivers(path: str) -> None:
     """On meshes with slivers and holes, particles keep ψ to rounding."""
     mesh = read_mesh(reference(path))
     psi, V = stream_flow(mesh)
-    tracer = Tracer(mesh)
-    start = tracer.seed(300)
+    tracer = StreamlineTracer(mesh)
+    start = tracer.seeds(300)
     end = tracer.advance(start, V, 1e4 * crossing_time(mesh, V))
     assert sound(end, 300)
     np.testing.assert_allclose(at(mesh, psi, end), at(mesh, psi, start), atol=1e-12)
@@ -169,8 +169,8 @@ def test_scale_and_place(scale: float, shift: float) -> None:
     V = random_field(mesh, 2)
     ends = []
     for each, field in ((mesh, V), (moved, scale * V)):
-        tracer = Tracer(each)
-        ends.append(tracer.positions(tracer.advance(tracer.seed(100), field, 0.3)))
+        tracer = StreamlineTracer(each)
+        ends.append(tracer.positions(tracer.advance(tracer.seeds(100), field, 0.3)))
     np.testing.assert_allclose((ends[1] - shift) / scale, ends[0], atol=1e-9)
 
 
@@ -183,9 +183,12 @@ def test_renumbering() -> None:
     vertices[new] = mesh.vertices
     other = TriangleMesh(vertices, np.roll(new[mesh.faces[order]], 1, axis=1))
     V = random_field(mesh, 2)
-    one = Tracer(mesh).seed(100)
-    same = Particles(np.argsort(order)[one.faces], np.roll(one.weights, 1, axis=1))
-    ends = [Tracer(m).positions(Tracer(m).advance(p, v, 0.3)) for m, p, v in ((mesh, one, V), (other, same, V[order]))]
+    one = StreamlineTracer(mesh).seeds(100)
+    same = FacePoints(np.argsort(order)[one.faces], np.roll(one.weights, 1, axis=1))
+    ends = [
+        StreamlineTracer(m).positions(StreamlineTracer(m).advance(p, v, 0.3))
+        for m, p, v in ((mesh, one, V), (other, same, V[order]))
+    ]
     np.testing.assert_allclose(ends[1], ends[0], atol=1e-13)
 
 
@@ -227,8 +230,8 @@ def test_flow_keeps_seeds_even() -> None:
     """A divergence-free flow keeps seeds evenly spread."""
     mesh = icosphere(3)
     _, V = stream_flow(mesh)
-    tracer = Tracer(mesh)
-    end = tracer.positions(tracer.advance(tracer.seed(20_000), V, 30 * crossing_time(mesh, V)))
+    tracer = StreamlineTracer(mesh)
+    end = tracer.positions(tracer.advance(tracer.seeds(20_000), V, 30 * crossing_time(mesh, V)))
     for axis in range(3):
         assert abs(np.mean(end[:, axis] < 0.3) - 0.65) < 0.006
 
@@ -244,7 +247,7 @@ def test_hilbert_curve() -> None:
 # -- memory, and tracers in a fluid ------------------------------------------------------------------------------
 
 
-def cross_section(mesh: TriangleMesh, tracers: Tracers, time: float) -> np.ndarray:
+def cross_section(mesh: TriangleMesh, tracers: Pathlines, time: float) -> np.ndarray:
     """Return where the tracers remember that they were at a time."""
     (k,) = np.flatnonzero(np.isclose(tracers.times, time, rtol=1e-9))
     return np.asarray(tracers.past[k])
@@ -255,18 +258,18 @@ def test_memory(steps: int) -> None:
     """The remembered positions lie on the path, evenly in time, for any number of steps."""
     mesh = icosphere(3)
     V = rigid_field(mesh, Z)
-    follow, tracer = Tracing(mesh), Tracer(mesh)
+    follow, tracer = PathlineTracer(mesh), StreamlineTracer(mesh)
     tracers = follow.start(50)
-    start = tracers.particles
-    np.testing.assert_array_equal(tracers.past, np.repeat(tracer.positions(start)[None], PLACES, axis=0))
+    start = tracers.points
+    np.testing.assert_array_equal(tracers.past, np.repeat(tracer.positions(start)[None], POSITIONS, axis=0))
     for k in range(steps):
         tracers = follow.step(tracers, V, 4.0 * (k + 1) / steps)
-    assert tracers.past.shape == (PLACES, 50, 3)
+    assert tracers.past.shape == (POSITIONS, 50, 3)
     gaps = np.diff(tracers.times)
     assert gaps.min() > 0
     assert gaps.max() < 2.01 * gaps.min()
     assert 0.4 < tracers.time - tracers.times[0] < 2.0  # of √(4π)/√(2/3) · 0.15 = 0.65, at most twice
-    for k in (0, 11, PLACES - 1):
+    for k in (0, 11, POSITIONS - 1):
         expected = tracer.positions(tracer.advance(start, V, tracers.times[k]))
         np.testing.assert_allclose(tracers.past[k], expected, atol=1e-12)
 
@@ -275,13 +278,13 @@ def test_cloud() -> None:
     """A cloud has the face's velocity, the interpolated color, and past positions relative to the present."""
     mesh = icosphere(2)
     V = rigid_field(mesh, Z)
-    follow = Tracing(mesh)
+    follow = PathlineTracer(mesh)
     tracers = follow.step(follow.start(40), V, 2.0)
     cloud = follow.cloud(tracers, V, mesh.vertices)
     np.testing.assert_allclose(cloud["color"], cloud.points, atol=1e-15)  # coordinates are a color that is linear
     np.testing.assert_array_equal(cloud["velocity"], V[cloud["face"]])
     np.testing.assert_array_equal(cloud["id"], np.arange(40))
-    past = cloud["past"].reshape(40, PLACES, 3).transpose(1, 0, 2) + cloud.points
+    past = cloud["past"].reshape(40, POSITIONS, 3).transpose(1, 0, 2) + cloud.points
     np.testing.assert_allclose(past, tracers.past, atol=1e-7)
     assert follow.cloud(tracers, V, mesh.vertices[:, 0])["color"].shape == (40,)
 
@@ -294,8 +297,8 @@ def test_traced_scheme() -> None:
     one, two = plain.start(V, mesh.vertices), traced.start(V, mesh.vertices)
     for _ in range(5):
         one, two = plain.step(one, 0.02, None), traced.step(two, 0.02, None)
-    for name, values in one.memory.items():
-        np.testing.assert_array_equal(two.memory[name], values)
+    for name, values in one.variables.items():
+        np.testing.assert_array_equal(two.variables[name], values)
     np.testing.assert_array_equal(one.color, two.color)
     np.testing.assert_array_equal(traced.velocity(two), plain.velocity(one))
     assert tracers_of(two).time == one.time
@@ -303,7 +306,7 @@ def test_traced_scheme() -> None:
     assert 0 == tracers_of(two).times[0] < tracers_of(two).times[-1] <= one.time
     # The color is the initial position of the fluid, and of the tracers, up to the resolution of the mesh.
     cloud = traced.cloud(two)
-    was = Tracer(mesh).positions(Tracer(mesh).seed(200))
+    was = StreamlineTracer(mesh).positions(StreamlineTracer(mesh).seeds(200))
     assert np.linalg.norm(cloud["color"] - was, axis=1).max() < 0.01
     assert np.linalg.norm(cloud.points - was, axis=1).max() > 0.1
     with pytest.raises(FieldError, match="no tracers"):

@@ -7,7 +7,6 @@ from geomhw.flow.initial_fields import rigid_field
 from geomhw.fluid.conservative import ConservativeScheme
 from geomhw.fluid.run import Plan, run
 from geomhw.fluid.state import FlowState, Scheme
-from geomhw.fluid.vorticity_scheme import VorticityScheme
 from geomhw.geodesic.edge_paths import edge_path_distance
 from geomhw.geodesic.heat_method import HeatDistance
 from geomhw.geodesic.unfolding import Unfolding
@@ -28,14 +27,14 @@ def smooth(points: np.ndarray) -> np.ndarray:
 
 
 def turned_error(level: int, integrator: Integrator, angle: float) -> tuple[float, float]:
-    """Return the relative L2 error of a function carried round by an angle, and h."""
+    """Return the relative L2 error of a function advected by a rotation, and h."""
     mesh = icosphere(level)
-    carried = FlowMap(mesh, rigid_field(mesh, Z), integrator).carry(smooth(mesh.vertices), angle)
+    advected = FlowMap(mesh, rigid_field(mesh, Z), integrator).advect(smooth(mesh.vertices), angle)
     c, s = np.cos(-angle), np.sin(-angle)
     back = mesh.vertices @ np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]]).T
     exact = smooth(back)
     norm = np.sqrt(mesh.vertex_areas @ exact**2)
-    return float(np.sqrt(mesh.vertex_areas @ (carried - exact) ** 2) / norm), mesh.mean_edge_length
+    return float(np.sqrt(mesh.vertex_areas @ (advected - exact) ** 2) / norm), mesh.mean_edge_length
 
 
 #: Rate at which a Rossby-Haurwitz wave of degree 4 turns on a unit sphere under Ω = 1.
@@ -49,22 +48,15 @@ def rossby_haurwitz(mesh: TriangleMesh, time: float = 0.0) -> np.ndarray:
     return 2 * z + 2 * (turned**4).real
 
 
-def start_of(scheme: VorticityScheme, w: np.ndarray) -> FlowState:
-    """Return the flow of a vorticity, with a color of zeros."""
-    model = scheme.model
-    around = np.zeros(model.n_unknowns)
-    return scheme.from_vorticity(model.from_vorticity(w), around, np.zeros(len(model.harmonic)), np.zeros(len(w)))
-
-
 def last(scheme: Scheme, state: FlowState, plan: Plan) -> FlowState:
     """Return the state at the end of a run without force."""
-    return [moment.state for moment in run(scheme, state, plan, None)][-1]
+    return [snapshot.state for snapshot in run(scheme, state, plan, None)][-1]
 
 
 def wave_velocity(mesh: TriangleMesh) -> np.ndarray:
     """Return the velocity of the wave at time 0."""
     scheme = ConservativeScheme(mesh)
-    return scheme.velocity(start_of(scheme, rossby_haurwitz(mesh)))
+    return scheme.velocity(scheme.from_vorticity(rossby_haurwitz(mesh)))
 
 
 def great_circle(mesh: TriangleMesh, source: int) -> np.ndarray:
