@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from geomhw.arrays import Floats
-from geomhw.mesh.geometry import unit
+from geomhw.mesh.tangent_frames import face_frames
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.render.layers import Color, Curves, Marker
 from geomhw.results import Result
@@ -49,8 +49,7 @@ def _curves(mesh: TriangleMesh, sources: list[Any]) -> Floats:
     alone = np.setdiff1d(vertices, linked)
     faces = np.array([source["face"] for source in sources if isinstance(source, dict)], dtype=np.int64)
     within = np.array([source_point(mesh, source) for source in sources if isinstance(source, dict)]).reshape(-1, 3)
-    along = unit(mesh.opposite_edges[faces, 2])
-    flat = np.stack([along, np.cross(mesh.face_normals[faces], along)], axis=1)
+    flat = face_frames(mesh.opposite_edges[faces], mesh.face_normals[faces])
     centers = np.concatenate([mesh.vertices[alone], within])[:, None]
     arms = ARM * np.linalg.norm(np.ptp(mesh.vertices, axis=0)) * np.concatenate([mesh.tangent_frames[alone], flat])
     crosses = np.stack([centers - arms, centers + arms], axis=2).reshape(-1, 2, 3)
