@@ -4,6 +4,7 @@ from pathlib import Path
 
 import click
 
+from geomhw.compare.rules import HEAVIEST_SPOT
 from geomhw_cli import options
 
 
@@ -28,6 +29,7 @@ from geomhw_cli import options
     "--spot",
     metavar="W",
     type=click.FloatRange(min=0),
+    default=HEAVIEST_SPOT,
     help="Weight of the heaviest spot that passes in a picture.  [default: 200]",
 )
 @click.option("--diff", metavar="FILE", type=options.FILE, help="Of pictures: PNG that shows where they differ.")
@@ -40,7 +42,7 @@ def compare(
     atol: float,
     ignore: tuple[str, ...],
     everything: bool,
-    spot: float | None,
+    spot: float,
     diff: Path | None,
     as_json: bool,
     quiet: bool,
@@ -80,7 +82,6 @@ def compare(
     import json
 
     from geomhw.compare import Ignored, Tolerance, compare_files
-    from geomhw.compare.wording import lines
 
     if diff:
         _check_diff(diff, one, other)
@@ -102,7 +103,7 @@ def compare(
         }
         click.echo(json.dumps(report, indent=2, allow_nan=False))
     elif not quiet:
-        click.echo("\n".join(lines(found)))
+        click.echo(found)
     click.get_current_context().exit(0 if found.same else 1)
 
 
@@ -116,9 +117,8 @@ def _check_diff(diff: Path, one: Path, other: Path) -> None:
     check_outputs([diff], [one, other], extensions=[".png"])
 
 
-def _write_diff(diff: Path, one: Path, other: Path, spot: float | None) -> None:
-    from geomhw.compare.pictures import HEAVIEST_SPOT, difference_picture
+def _write_diff(diff: Path, one: Path, other: Path, spot: float) -> None:
+    from geomhw.compare.pictures import difference_picture
     from geomhw.io.artifacts.image import read_png, write_png
 
-    limit = HEAVIEST_SPOT if spot is None else spot
-    write_png(diff, difference_picture(read_png(one), read_png(other), limit))
+    write_png(diff, difference_picture(read_png(one), read_png(other), spot))

@@ -14,6 +14,23 @@ if TYPE_CHECKING:
 
 #: Places named in a line; --json has all.
 FIRST = 5
+#: What the commands do at each kind of finding, by its name.
+CONSEQUENCES = {
+    "zero_area_faces": "geodesic and vecdiffuse need --robust, other commands refuse them.",
+    "duplicate_faces": "geodesic and vecdiffuse ignore them, advect and operators count them; fluid and helmholtz "
+    "refuse more than two faces at an edge.",
+    "isolated_vertices": "They stay in outputs, with distance inf, and cannot be sources.",
+    "non_manifold_edges": "geodesic and advect pass to all of the faces, vecdiffuse uses the mean of their normals; "
+    "fluid, helmholtz, tracers and the intrinsic connection refuse them.",
+    "non_manifold_vertices": "Distances and colors pass through, flow does not; the intrinsic connection refuses them.",
+    "inconsistent_edges": "vecdiffuse, fluid and helmholtz reverse the smaller part of the faces; geodesic and advect "
+    "need no orientation.",
+    "one_sided_pieces": "geodesic, vecdiffuse and advect accept them; fluid and helmholtz refuse them.",
+    "coincident_vertices": "The surface is not connected across them.",
+    "negative_edges": "Heat may become negative there and distances beside slivers inaccurate; --robust avoids both.",
+    "boundary_loops": "No flow crosses them.",
+    "components": "Distance is inf on a component without a source.",
+}
 
 
 @click.command(no_args_is_help=True, short_help="Sizes, topology and defects of a mesh.")
@@ -35,8 +52,7 @@ def info(mesh_path: Path, check: bool, as_json: bool, quiet: bool) -> None:
     import json
 
     from geomhw.io import read
-    from geomhw.mesh.diagnostics import findings
-    from geomhw.mesh.summary import mesh_summary
+    from geomhw.mesh import findings, mesh_summary
 
     try:
         found = read(mesh_path)
@@ -69,7 +85,7 @@ def _plain(finding: "Finding") -> dict[str, Any]:
         "what": finding.what,
         "count": len(finding.places),
         "places": finding.places.tolist(),
-        "consequence": finding.consequence,
+        "consequence": CONSEQUENCES[finding.name],
     }
 
 
@@ -81,7 +97,7 @@ def _line(finding: "Finding") -> str:
         for place in finding.places[:FIRST].tolist()
     ]
     more = ", ..." if len(finding.places) > FIRST else ""
-    return f"{finding.what}: {len(finding.places)} ({', '.join(places)}{more}). {finding.consequence}"
+    return f"{finding.what}: {len(finding.places)} ({', '.join(places)}{more}). {CONSEQUENCES[finding.name]}"
 
 
 def _text(value: object) -> str:

@@ -1,6 +1,6 @@
 """Make the meshes in this folder: ``python data/generate.py``; ``--check`` compares the files with what would be made.
 
-All come from formulas in geomhw.mesh.primitives and in this file; nothing is taken from anywhere else.
+All come from formulas in geomhw.mesh and in this file; nothing is taken from anywhere else.
 """
 
 import hashlib
@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from geomhw.arrays import Floats
-from geomhw.mesh import primitives
+from geomhw.mesh import genus_two, implicit_surface, primitives
 from geomhw.mesh.triangle_mesh import TriangleMesh
 
 FOLDER = Path(__file__).parent
@@ -26,7 +26,7 @@ def creature() -> TriangleMesh:
     """A small horned grazer, y up, facing +x: rounded cones joined by smooth minima, contoured."""
     cells = np.array([34, 26, 20])  # an even number across, so that left and right are alike
     center, half = np.array([0.01, 0.955, 0.0]), 0.081 * cells / 2
-    return primitives.implicit_surface(_creature, center - half, center + half, cells.tolist(), relax=30)
+    return implicit_surface(_creature, center - half, center + half, cells.tolist(), relax=30)
 
 
 def _creature(x: Floats, y: Floats, z: Floats) -> Floats:
@@ -79,7 +79,7 @@ MESHES: dict[str, Callable[[], TriangleMesh]] = {
     "sphere.off": lambda: primitives.icosphere(3),
     "sphere_2562.off": lambda: primitives.icosphere(4),
     "torus.off": lambda: primitives.torus(60, 28),
-    "genus2.off": lambda: primitives.genus_two(44),
+    "genus2.off": lambda: genus_two(44),
     "strip.off": lambda: primitives.strip(300),
     "creature.obj": creature,
 }

@@ -1,4 +1,4 @@
-"""The array types that everything agrees on, and what numpy lacks: arrays read-only, in pieces, summed in order."""
+"""Array types, and array functions that numpy lacks: read-only arrays, scatter-add, processing in pieces."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -9,37 +9,37 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 Ints = NDArray[Any]
 Complexes = NDArray[np.complex128]
-#: Faces, edges or rows in a piece.
+#: Number of faces, edges or rows in a piece.
 PIECE = 1 << 14
-#: glibc gives what is freed back to the kernel, page by page, until an array of some size has been freed: from then on
-#: it keeps up to twice that, and hands it out again. This one costs nothing, as it is never touched; a larger one would
-#: cost memory and gain no time.
+#: Raises the threshold of glibc's malloc: until a large block has been freed, glibc returns freed arrays to the kernel,
+#: and every new one costs page faults. Afterwards it keeps up to twice the size of that block. This block is never
+#: touched, so it costs nothing; a larger one costs memory and saves no time.
 np.empty((16 << 20) - (64 << 10), dtype=np.uint8)
 
 
 def frozen(array: NDArray[Any]) -> NDArray[Any]:
-    """The same array, made read-only."""
+    """Make an array read-only and return it."""
     array.flags.writeable = False
     return array
 
 
 def scatter_add(values: NDArray[Any], places: Ints, size: int) -> NDArray[Any]:
-    """Sum of the values, (k,), at each place 0 to size - 1, (size,), in their order; places: (k,).
+    """Sum the values, (k,), at each of their places, (k,), in order; return (size,).
 
-    As ``bincount`` with weights, but faster: places are taken as they are.
+    The same as ``bincount`` with weights, for complex values too, and faster: it does not convert the places.
     """
     from scipy.sparse import csc_array
 
-    # Entries of one column, some of them in the same row.
+    # A sparse column with repeated row indices, times 1.
     return csc_array((values, places, np.array([0, len(values)])), shape=(size, 1)) @ np.ones(1)
 
 
 def pieces(count: int) -> Iterator[slice]:
-    """Parts of so many faces, edges or rows, best worked on one by one: what arises on the way fits into a cache."""
+    """Yield slices that divide ``count`` rows into pieces whose intermediate arrays fit into the cache."""
     for start in range(0, count, PIECE):
         yield slice(start, min(start + PIECE, count))
 
 
 def dot(a: Floats, b: Floats) -> float:
-    """Σ a_i b_i. Not by BLAS, whose threads cost more than they save here and round as their number has it."""
+    """Compute Σ a_i b_i without BLAS, whose result depends on the number of its threads."""
     return float(np.einsum("i,i->", a, b))

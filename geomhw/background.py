@@ -1,4 +1,4 @@
-"""Work on a second core."""
+"""Computation in a background thread."""
 
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -8,10 +8,10 @@ T = TypeVar("T")
 
 
 def submit(work: Callable[[], T]) -> Future[T]:
-    """Begin the work, while the caller goes on with something else; its errors come with its result.
+    """Start ``work`` in a thread; its exceptions are raised by ``result()`` of the returned future.
 
-    numpy and scipy let other threads run while they compute on arrays. Whatever both threads import has to be there
-    already, or one may find half of it.
+    numpy and scipy release the interpreter lock while they compute. Modules that both threads import must be imported
+    before.
     """
     worker = ThreadPoolExecutor(1)
     future = worker.submit(work)

@@ -1,38 +1,38 @@
-"""What can go wrong, as one small family: every message is one sentence that says what, where and what to do."""
+"""Exceptions of the package. Each message is one sentence: what is wrong, where, and what to do."""
 
 _LONGEST = 2000
 
 
 class GeomhwError(Exception):
-    """Anything this package refuses or fails at; the command line turns it into one line and exit code 1.
+    """Base class of the exceptions of this package; commands print the message and exit with code 1.
 
-    A message may quote what stands in a file: whatever that is, it stays one printable line of bounded length.
+    A message may quote a file. It is shortened to 2,000 characters, and unprintable characters are escaped.
     """
 
     def __str__(self) -> str:
-        told = super().__str__()
-        if len(told) > _LONGEST:
-            told = f"{told[: _LONGEST - 200]} ... {told[-195:]}"
-        if told.isprintable():
-            return told
-        return "".join(c if c.isprintable() else c.encode("unicode_escape").decode("ascii") for c in told)
+        message = super().__str__()
+        if len(message) > _LONGEST:
+            message = f"{message[: _LONGEST - 200]} ... {message[-195:]}"
+        if message.isprintable():
+            return message
+        return "".join(c if c.isprintable() else c.encode("unicode_escape").decode("ascii") for c in message)
 
 
 class MeshError(GeomhwError):
-    """The mesh cannot carry the computation (an index out of range, a face without area, ...)."""
+    """A mesh is invalid or not suited to the computation, such as by a face of zero area."""
 
 
 class FormatError(GeomhwError):
-    """A file cannot be read or written (its name, its syntax, its extension)."""
+    """A file cannot be read or written: its name, syntax or extension."""
 
 
 class FieldError(GeomhwError):
-    """An array on the mesh has the wrong size, place or values, or a source is not a vertex."""
+    """An array on a mesh has a wrong size, location or value, or a source does not exist."""
 
 
 class ConvergenceError(GeomhwError):
-    """A solver could not reach the accuracy it promises."""
+    """An iteration did not reach the required accuracy."""
 
 
 class RenderError(GeomhwError):
-    """A picture cannot be drawn here (no OpenGL library, no film encoder)."""
+    """A picture or film cannot be made on this machine: no OpenGL library, no film encoder."""

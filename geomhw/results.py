@@ -1,6 +1,6 @@
-"""What a method hands over: named fields on a mesh, and a report; or named fields on points that have no faces."""
+"""Results: fields on a mesh with a report, and fields on a cloud of points."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -12,18 +12,59 @@ from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.options import Location
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Field:
-    """An array on a mesh: one row per vertex, per face, or (``mesh``) values that belong to the whole, such as dt."""
+    """A named array on a mesh.
+
+    Attributes
+    ----------
+    name : str
+    location : {"vertex", "face", "mesh"}
+        What a row belongs to: a vertex, a face, or the whole mesh, such as a time.
+    values : array
+        (n,) or (n, d) per vertex, (m,) or (m, d) per face, any shape for the whole mesh.
+
+    Examples
+    --------
+    >>> Field("height", "vertex", np.zeros(4))
+    height: per vertex, shape (4,)
+    """
 
     name: str
     location: Location
     values: Floats | Ints
 
+    def __repr__(self) -> str:
+        return f"{self.name}: per {self.location}, shape {np.shape(self.values)}"
 
-@dataclass(frozen=True)
+
+@dataclass(frozen=True, repr=False)
 class Result:
-    """A mesh with the fields that a method computed on it, and a report of plain JSON values."""
+    """A mesh with the fields that a method computed on it, and a report.
+
+    Attributes
+    ----------
+    mesh : TriangleMesh
+    fields : sequence of Field
+    report : dict
+        Parameters, answers and accuracy as plain JSON values.
+
+    Raises
+    ------
+    FieldError
+        If a field does not have one row per vertex or face.
+
+    Examples
+    --------
+    >>> mesh = TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
+    >>> result = Result(mesh, [Field("distance", "vertex", np.array([0.0, 1.0, 1.0]))], {"mean_distance": 2 / 3})
+    >>> result
+    Result on TriangleMesh(3 vertices, 1 face)
+      distance: per vertex, shape (3,)
+      mean_distance = 0.666667
+    >>> result["distance"]
+    array([0., 1., 1.])
+    """
 
     mesh: TriangleMesh
     fields: Sequence[Field] = ()
@@ -39,14 +80,83 @@ class Result:
                     f"{expected} {'vertices' if item.location == 'vertex' else 'faces'}"
                 )
 
+    def __repr__(self) -> str:
+        return "\n  ".join([f"Result on {self.mesh}", *map(repr, self.fields), *_answers(self.report)])
+
     def __getitem__(self, name: str) -> Floats | Ints:
-        """Values of the field of that name; KeyError says which there are."""
+        """Return the values of the field with that name; raise KeyError with the existing names."""
         return _named(self.fields, name)
 
+    def to_pyvista(self) -> Any:
+        """Convert to a pyvista PolyData.
 
-@dataclass(frozen=True)
+        Returns
+        -------
+        pyvista.PolyData
+            Copies of the vertices and faces in the same order, with fields as ``point_data`` (per vertex),
+            ``cell_data`` (per face) and ``field_data`` (whole mesh).
+
+        Examples
+        --------
+        >>> mesh = TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
+        >>> surface = Result(mesh, [Field("area", "face", mesh.face_areas)]).to_pyvista()
+        >>> surface.n_points, surface.cell_data["area"].tolist()
+        (3, [0.5])
+        """
+        import pyvista
+
+        surface = pyvista.PolyData.from_regular_faces(self.mesh.vertices.copy(), self.mesh.faces.copy())
+        places = {"vertex": surface.point_data, "face": surface.cell_data, "mesh": surface.field_data}
+        for item in self.fields:
+            places[item.location][item.name] = np.atleast_1d(np.array(item.values))
+        return surface
+
+    def to_meshio(self) -> Any:
+        """Convert to a meshio Mesh.
+
+        Returns
+        -------
+        meshio.Mesh
+            Copies of the vertices and one block of triangles, with fields as ``point_data`` (per vertex),
+            ``cell_data`` (per face) and ``field_data`` (whole mesh).
+
+        Examples
+        --------
+        >>> mesh = TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
+        >>> Result(mesh, [Field("area", "face", mesh.face_areas)]).to_meshio().cell_data
+        {'area': [array([0.5])]}
+        """
+        import meshio
+
+        data: dict[Location, dict[str, Any]] = {"vertex": {}, "face": {}, "mesh": {}}
+        for item in self.fields:
+            values = np.array(item.values)
+            data[item.location][item.name] = [values] if item.location == "face" else values
+        cells = [("triangle", self.mesh.faces.copy())]
+        return meshio.Mesh(self.mesh.vertices.copy(), cells, data["vertex"], data["face"], data["mesh"])
+
+
+@dataclass(frozen=True, repr=False)
 class Cloud:
-    """Points, (k, 3), with fields on them, one row a point (``vertex``), or on the whole (``mesh``)."""
+    """Points without faces, and fields on them.
+
+    Attributes
+    ----------
+    points : (k, 3) array
+    fields : sequence of Field
+        Location ``vertex``: one row per point; ``mesh``: values of the whole.
+
+    Raises
+    ------
+    FieldError
+        If a field is per face or does not have one row per point.
+
+    Examples
+    --------
+    >>> Cloud(np.zeros((2, 3)), [Field("age", "vertex", np.zeros(2))])
+    Cloud of 2 points
+      age: per vertex, shape (2,)
+    """
 
     points: Floats
     fields: Sequence[Field] = ()
@@ -56,13 +166,26 @@ class Cloud:
             if item.location == "face" or (item.location == "vertex" and len(item.values) != len(self.points)):
                 raise FieldError(f"field '{item.name}' has no row for each of the {len(self.points)} points")
 
+    def __repr__(self) -> str:
+        return "\n  ".join([f"Cloud of {len(self.points)} points", *map(repr, self.fields)])
+
     def __getitem__(self, name: str) -> Floats | Ints:
-        """Values of the field of that name; KeyError says which there are."""
+        """Return the values of the field with that name; raise KeyError with the existing names."""
         return _named(self.fields, name)
 
 
 def _named(fields: Sequence[Field], name: str) -> Floats | Ints:
+    """Return the values of the field with that name."""
     for item in fields:
         if item.name == name:
             return np.asarray(item.values)
     raise KeyError(f"no field '{name}'; there are {', '.join(f.name for f in fields)}")
+
+
+def _answers(report: dict[str, Any], prefix: str = "") -> Iterator[str]:
+    """Yield a line for each number in a report and in its nested objects."""
+    for name, value in report.items():
+        if isinstance(value, dict):
+            yield from _answers(value, f"{prefix}{name}.")
+        elif isinstance(value, int | float) and not isinstance(value, bool):
+            yield f"{prefix}{name} = {value if isinstance(value, int) else format(value, '.6g')}"

@@ -1,4 +1,4 @@
-"""Seconds by stage: what a profile of one run is made of."""
+"""Computing time by stage."""
 
 import time
 from collections.abc import Iterator
@@ -6,8 +6,15 @@ from contextlib import contextmanager
 
 
 class Stages:
-    """Adds up the time spent in named stages.
+    """Measure and add up the time spent in named stages.
 
+    Attributes
+    ----------
+    seconds : dict
+        Elapsed time by name of the stage.
+
+    Examples
+    --------
     >>> stages = Stages()
     >>> with stages("assembly"):
     ...     pass
@@ -20,7 +27,7 @@ class Stages:
 
     @contextmanager
     def __call__(self, name: str) -> Iterator[None]:
-        """Time what happens inside under that name."""
+        """Time the body of a ``with`` statement under that name."""
         start = time.perf_counter()
         try:
             yield

@@ -104,7 +104,7 @@ class Job:
 
     def finish(self, mesh: "TriangleMesh", answers: Mapping[str, Any], lines: Sequence[str]) -> None:
         """Print the report: mesh, answers, files and times as JSON, or the mesh, these lines and the files."""
-        from geomhw.mesh.summary import mesh_summary
+        from geomhw.mesh import mesh_summary
 
         lines = [*lines, *self._remarks(mesh)]
         report = {

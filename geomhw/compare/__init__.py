@@ -1,4 +1,4 @@
-"""Whether two files hold the same results, within a tolerance."""
+"""Comparison of files and arrays within tolerances."""
 
 import lazy_loader
 

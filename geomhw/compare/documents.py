@@ -1,4 +1,4 @@
-"""Two JSON documents, value by value."""
+"""Comparison of JSON documents, value by value."""
 
 import math
 from collections.abc import Iterator
@@ -11,10 +11,10 @@ from geomhw.errors import FormatError
 
 
 def compare_documents(one: Any, other: Any, tolerance: Tolerance, ignored: Ignored) -> list[Finding]:
-    """A finding for each value, named by its path: ``mesh.vertices``, ``answers[0].distance``.
+    """Return a finding for each value, named by its path, such as ``mesh.vertices`` or ``answers[0].distance``.
 
-    A list of numbers, or of lists of numbers of one length, is an array with one scale; any other number is its own.
-    A pattern of ``ignored`` leaves out what it names, by its own name or by its path, and all that is inside.
+    A list of numbers, or of lists of numbers of equal length, is an array with one scale; any other number has its own
+    scale. Patterns of ``ignored`` match names or paths, and leave out everything inside.
     """
     try:
         return list(_compare("", one, other, tolerance, ignored))
@@ -23,6 +23,7 @@ def compare_documents(one: Any, other: Any, tolerance: Tolerance, ignored: Ignor
 
 
 def _compare(path: str, one: Any, other: Any, tolerance: Tolerance, ignored: Ignored) -> Iterator[Finding]:
+    """Yield the findings of the values at a path and below."""
     name = path or "document"
     if isinstance(one, dict) and isinstance(other, dict):
         for key in [*one, *(key for key in other if key not in one)]:
@@ -47,12 +48,12 @@ def _compare(path: str, one: Any, other: Any, tolerance: Tolerance, ignored: Ign
 
 
 def _is_numeric(value: Any) -> bool:
-    """Whether it is a number, or a list of numbers that makes an array without holes."""
+    """Return whether a value is a number or a rectangular array of numbers."""
     return _shape(value) is not None
 
 
 def _shape(value: Any) -> tuple[int, ...] | None:
-    """Lengths of nested lists of numbers; None where they are unequal or hold something else."""
+    """Return the shape of nested lists of numbers; None if they are ragged or hold anything else."""
     if isinstance(value, list):
         shapes = {_shape(item) for item in value}
         inner = shapes.pop() if len(shapes) == 1 else None
@@ -62,7 +63,7 @@ def _shape(value: Any) -> tuple[int, ...] | None:
 
 
 def _short(value: Any) -> Any:
-    """Text as it is; of lists and objects, what they are and how long."""
+    """Return a plain value as it is, a list or an object by its length."""
     if isinstance(value, dict | list):
         return f"{'an object' if isinstance(value, dict) else 'a list'} of {len(value)}"
     if isinstance(value, float) and not math.isfinite(value):

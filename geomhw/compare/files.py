@@ -1,14 +1,23 @@
-"""Two files: what they are by their names, and the comparison for that."""
+"""Comparison of two files, by the kind that their extensions name."""
 
 from collections.abc import Callable
 from pathlib import Path
 from typing import TypeVar
 
+from geomhw.compare.arrays import compare_matrices, compare_named
+from geomhw.compare.documents import compare_documents
 from geomhw.compare.findings import Comparison, Finding
-from geomhw.compare.rules import DEFAULT_IGNORED, Ignored, Tolerance
+from geomhw.compare.meshes import compare_meshes, compare_series
+from geomhw.compare.pictures import compare_pictures
+from geomhw.compare.rules import DEFAULT_IGNORED, HEAVIEST_SPOT, Ignored, Tolerance
 from geomhw.errors import FormatError, GeomhwError
+from geomhw.io import READABLE, read
+from geomhw.io.artifacts.document import read_json
+from geomhw.io.artifacts.image import read_png
+from geomhw.io.artifacts.matrix import read_arrays
+from geomhw.io.artifacts.table import read_csv
 
-#: Extensions of what is no mesh, and what it is.
+#: Kind of a file by its extension; every other readable extension is a mesh.
 KINDS = {
     ".pvd": "series",
     ".csv": "table",
@@ -20,7 +29,6 @@ KINDS = {
 }
 
 _Content = TypeVar("_Content")
-_Comparing = Callable[[Path, Path, Tolerance, Ignored], list[Finding]]
 
 
 def compare_files(
@@ -28,14 +36,46 @@ def compare_files(
     other: str | Path,
     tolerance: Tolerance | None = None,
     ignored: Ignored | None = None,
-    heaviest_spot: float | None = None,
+    heaviest_spot: float = HEAVIEST_SPOT,
     everything: bool = False,
 ) -> Comparison:
-    """All that two files of one kind differ in, whatever their formats.
+    """Compare the values in two files of the same kind; their formats may differ.
 
-    ignored: names of arrays, columns, values. heaviest_spot: of pictures, see ``pictures``. everything: of JSON also
-    what differs from run to run, which is left out otherwise.
-    GeomhwError where a file cannot be read, where the files are of two kinds, and where nothing is left to compare.
+    Parameters
+    ----------
+    one, other : path
+        Meshes with arrays, time series (.pvd), tables (.csv), JSON documents, arrays (.npy .npz .mtx) or pictures
+        (.png).
+    tolerance : Tolerance, optional
+    ignored : Ignored, optional
+        Names of arrays, columns or JSON values to leave out.
+    heaviest_spot : float
+        Weight of the heaviest spot that passes in a picture; see `geomhw.compare.pictures`.
+    everything : bool
+        Compare values of a JSON document that differ from run to run, too, such as ``seconds``.
+
+    Returns
+    -------
+    Comparison
+
+    Raises
+    ------
+    FormatError
+        If a file cannot be read or its extension is not known.
+    GeomhwError
+        If the files are of different kinds, or everything is ignored.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as folder:
+    ...     for name, text in (("a.csv", "x,y"), ("b.csv", "y,x")):
+    ...         _ = (Path(folder) / name).write_text(f"{text}\\n1,1\\n")
+    ...     print(compare_files(Path(folder) / "a.csv", Path(folder) / "b.csv"))
+    same  column  x  1  equal
+    same  column  y  1  equal
+    same: 2 compared
     """
     a, b = Path(one), Path(other)
     kind = kind_of(a)
@@ -43,81 +83,41 @@ def compare_files(
         raise GeomhwError(f"{a} ({kind}) and {b} ({kind_of(b)}) cannot be compared; give two files of one kind")
     tolerance, ignored = tolerance or Tolerance(), ignored or Ignored()
     if kind == "picture":
-        return Comparison(kind, [_pictures(a, b, heaviest_spot)])
+        return Comparison(kind, [compare_pictures(_load(read_png, a), _load(read_png, b), heaviest_spot)])
     defaults = DEFAULT_IGNORED if kind == "document" and not everything else ()
-    findings = _COMPARING[kind](a, b, tolerance, ignored + defaults)
+    findings = _compare(kind, a, b, tolerance, ignored + defaults)
     if not findings and ignored.patterns:
         raise GeomhwError(f"nothing is compared of {a} and {b}: all of it is ignored ({', '.join(ignored.patterns)})")
     return Comparison(kind, findings)
 
 
 def kind_of(path: Path) -> str:
-    """What a file is, by its extension; FormatError where nothing of that name is compared."""
-    from geomhw.io import READABLE
-
+    """Return the kind of a file by its extension; raise FormatError for an unknown extension."""
     extension = path.suffix.lower()
     if extension in READABLE:
         return "mesh"
     if extension in KINDS:
         return KINDS[extension]
-    raise FormatError(f"{path}: what ends in '{extension}' is not compared; known are {' '.join([*KINDS, *READABLE])}")
+    raise FormatError(f"{path}: the extension '{extension}' is not compared; known are {' '.join([*KINDS, *READABLE])}")
 
 
-def _load(read: Callable[[Path], _Content], path: Path) -> _Content:
-    """What is in the file; a failure is told with its whole path, since the two files often have one name."""
-    try:
-        return read(path)
-    except GeomhwError as error:
-        told = str(error)
-        raise FormatError(told if str(path) in told else told.replace(path.name, str(path), 1)) from error
-
-
-def _meshes(a: Path, b: Path, tolerance: Tolerance, ignored: Ignored) -> list[Finding]:
-    from geomhw.compare.meshes import compare_meshes
-    from geomhw.io import read
-
-    return compare_meshes(_load(read, a), _load(read, b), tolerance, ignored)
-
-
-def _series(a: Path, b: Path, tolerance: Tolerance, ignored: Ignored) -> list[Finding]:
-    from geomhw.compare.meshes import compare_series
-
-    return compare_series(a, b, tolerance, ignored)
-
-
-def _tables(a: Path, b: Path, tolerance: Tolerance, ignored: Ignored) -> list[Finding]:
-    from geomhw.compare.arrays import compare_named
-    from geomhw.io.artifacts.table import read_csv
-
-    return compare_named("column", _load(read_csv, a), _load(read_csv, b), tolerance, ignored)
-
-
-def _documents(a: Path, b: Path, tolerance: Tolerance, ignored: Ignored) -> list[Finding]:
-    from geomhw.compare.documents import compare_documents
-    from geomhw.io.artifacts.document import read_json
-
-    return compare_documents(_load(read_json, a), _load(read_json, b), tolerance, ignored)
-
-
-def _arrays(a: Path, b: Path, tolerance: Tolerance, ignored: Ignored) -> list[Finding]:
-    from geomhw.compare.matrices import compare_matrices
-    from geomhw.io.artifacts.matrix import read_arrays
-
+def _compare(kind: str, a: Path, b: Path, tolerance: Tolerance, ignored: Ignored) -> list[Finding]:
+    """Read and compare two files of a kind other than pictures."""
+    if kind == "series":
+        return compare_series(a, b, tolerance, ignored)
+    if kind == "mesh":
+        return compare_meshes(_load(read, a), _load(read, b), tolerance, ignored)
+    if kind == "table":
+        return compare_named("column", _load(read_csv, a), _load(read_csv, b), tolerance, ignored)
+    if kind == "document":
+        return compare_documents(_load(read_json, a), _load(read_json, b), tolerance, ignored)
     return compare_matrices(_load(read_arrays, a), _load(read_arrays, b), tolerance, ignored)
 
 
-def _pictures(a: Path, b: Path, heaviest_spot: float | None) -> Finding:
-    from geomhw.compare.pictures import HEAVIEST_SPOT, compare_pictures
-    from geomhw.io.artifacts.image import read_png
-
-    limit = HEAVIEST_SPOT if heaviest_spot is None else heaviest_spot
-    return compare_pictures(_load(read_png, a), _load(read_png, b), limit)
-
-
-_COMPARING: dict[str, _Comparing] = {
-    "mesh": _meshes,
-    "series": _series,
-    "table": _tables,
-    "document": _documents,
-    "arrays": _arrays,
-}
+def _load(reader: Callable[[Path], _Content], path: Path) -> _Content:
+    """Read a file; error messages name its whole path, since the two files often have the same name."""
+    try:
+        return reader(path)
+    except GeomhwError as error:
+        message = str(error)
+        raise FormatError(message if str(path) in message else message.replace(path.name, str(path), 1)) from error

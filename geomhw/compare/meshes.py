@@ -1,4 +1,4 @@
-"""Two meshes with what lies on them, and two time series of such."""
+"""Comparison of meshes with their arrays, and of time series of meshes."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -15,10 +15,10 @@ from geomhw.results import Result
 
 
 def compare_meshes(one: Result, other: Result, tolerance: Tolerance, ignored: Ignored) -> list[Finding]:
-    """Positions, faces, and every array per vertex, per face and of the whole mesh.
+    """Compare positions, faces, and each array per vertex, per face and of the whole mesh.
 
-    The scale of positions is the diagonal of the bounding box, so that it is the same wherever the mesh lies. An STL
-    file numbers no vertices: beside one, the corners of each face are compared instead of positions and faces.
+    The scale of positions is the diagonal of the bounding box, so it does not depend on the place of the mesh. STL
+    files have no vertex numbers: if one mesh comes from STL, the corners of faces replace positions and faces.
     """
     single = frozenset(name for result in (one, other) for name in result.report.get("single_precision", ()))
     findings = [*_counts(one, other), *_shape(one, other, tolerance, ignored, "positions" in single)]
@@ -28,16 +28,16 @@ def compare_meshes(one: Result, other: Result, tolerance: Tolerance, ignored: Ig
         a, b = _fields(one, location), _fields(other, location)
         if rows.get(location, True):
             findings += compare_named(location, a, b, tolerance, ignored, single)
-        else:  # one line has said so; what remains to say is which arrays are not there at all
+        else:  # the unequal numbers are a finding already
             findings += missing(location, a, b, ignored)
     return findings
 
 
 def compare_series(one: Path, other: Path, tolerance: Tolerance, ignored: Ignored) -> list[Finding]:
-    """Times, and what lies on the meshes: for each array the frame in which it is worst, each with a scale of its own.
+    """Compare times and frames; return the worst frame of each array. Each frame has its own scale.
 
-    Of series of unequal length, the frames that both have are compared. Tracers beside the meshes are left out.
-    FormatError where a frame cannot be read.
+    Series of unequal length are compared over their common frames. Tracers are left out. Raises FormatError if a frame
+    cannot be read.
     """
     from geomhw.io import read
     from geomhw.io.artifacts.series import read_series
@@ -63,7 +63,7 @@ def compare_series(one: Path, other: Path, tolerance: Tolerance, ignored: Ignore
 
 
 def _counts(one: Result, other: Result) -> list[Finding]:
-    """What there are unequal numbers of. No pattern leaves that out, for arrays on it are compared no further."""
+    """Return findings for unequal numbers of vertices and faces. They cannot be ignored: arrays depend on them."""
     a, b = one.mesh, other.mesh
     counts = [("faces", a.n_faces, b.n_faces)]
     if _numbered(one, other):
@@ -72,7 +72,7 @@ def _counts(one: Result, other: Result) -> list[Finding]:
 
 
 def _shape(one: Result, other: Result, tolerance: Tolerance, ignored: Ignored, single: bool) -> list[Finding]:
-    """Positions and faces, as far as there are equally many."""
+    """Compare positions and faces if their numbers are equal."""
     a, b = one.mesh, other.mesh
     if _numbered(one, other):
         name, location, p, q = "positions", "vertex", a.vertices, b.vertices
@@ -88,14 +88,16 @@ def _shape(one: Result, other: Result, tolerance: Tolerance, ignored: Ignored, s
 
 
 def _numbered(*results: Result) -> bool:
-    """Whether vertices have numbers in their files, as all have but those of STL."""
+    """Return whether all files number their vertices; STL files do not."""
     return all(result.report.get("format") != "STL" for result in results)
 
 
 def _diagonal(result: Result) -> float:
+    """Return the diagonal of the bounding box."""
     points = result.mesh.vertices
     return float(np.linalg.norm(points.max(axis=0) - points.min(axis=0)))
 
 
 def _fields(result: Result, location: Location) -> dict[str, Any]:
+    """Return the values of the fields at a location by name."""
     return {field.name: field.values for field in result.fields if field.location == location}

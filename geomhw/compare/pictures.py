@@ -1,10 +1,9 @@
-"""Two pictures, compared as an eye compares them: other anti-aliasing of the same edges passes, what is lost does not.
+"""Comparison of pictures by visible differences: other anti-aliasing of the same edges passes, lost detail does not.
 
-A pixel differs by as much as its color lies outside of those that the other picture takes on within half a pixel around
-it, channel by channel, so that an edge may be sampled elsewhere in its pixel [neighborhood clamping, as of Karis:
-High-Quality Temporal Supersampling, SIGGRAPH 2014]. How much that is says ΔE*ab, the distance in CIELAB. Of small
-things the eye sees contrast times area [Ricco 1877], so connected pixels that differ make a spot, which weighs the sum
-of their ΔE*ab.
+The difference of a pixel is the ΔE*ab distance in CIELAB of its color from the range of colors in the other picture
+within half a pixel, channel by channel [neighborhood clamping; Karis: High-Quality Temporal Supersampling, SIGGRAPH
+2014]. The visibility of small details is contrast times area [Ricco 1877]. So connected pixels that differ form a spot,
+whose weight is the sum of their ΔE*ab. CIELAB is under D65 [IEC 61966-2-1 (sRGB), CIE 15].
 """
 
 from dataclasses import dataclass
@@ -14,26 +13,30 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from geomhw.compare.colors import delta_e, over_white
+from geomhw.arrays import Floats
 from geomhw.compare.findings import Finding
+from geomhw.compare.rules import HEAVIEST_SPOT
 
 Image = NDArray[np.uint8]
+Colors = NDArray[np.uint8]
 
-#: The least ΔE*ab that is noticed [Mahy, Van Eycken, Oosterlinck 1994].
+#: Smallest visible ΔE*ab [Mahy, Van Eycken, Oosterlinck 1994].
 NOTICEABLE = 2.3
-#: The heaviest spot that passes: two pixels of black in place of white. Between one scene anti-aliased with 4, 9 and 16
-#: samples a pixel, spots weigh up to 170; an 8 in place of a 3 in a label 11 pixels high weighs 260, a lost decimal
-#: point 280, a minus sign 380, an arrow 900 and more.
-HEAVIEST_SPOT = 200.0
-#: Spots that a report lists, the heaviest first.
+#: Number of spots in a report, the heaviest first.
 _LISTED = 10
 _FADE = 0.35
 _UNEQUAL, _NOTED, _SPOT = (175, 205, 240), (200, 0, 60), (240, 130, 0)
+_SRGB = np.arange(256) / 255
+_LINEAR = np.where(_SRGB <= 0.04045, _SRGB / 12.92, ((_SRGB + 0.055) / 1.055) ** 2.4)
+_TO_XYZ = np.array(
+    [[0.4124564, 0.3575761, 0.1804375], [0.2126729, 0.7151522, 0.0721750], [0.0193339, 0.1191920, 0.9503041]]
+)
+_EPSILON, _KAPPA = 216 / 24389, 24389 / 27
 
 
 @dataclass(frozen=True)
 class Spot:
-    """Connected pixels that noticeably differ: their rows and columns, weight, number, and the worst of them."""
+    """Connected pixels that visibly differ: first and last row and column, weight, number, and the worst pixel."""
 
     rows: tuple[int, int]
     columns: tuple[int, int]
@@ -44,19 +47,19 @@ class Spot:
 
 
 class Difference:
-    """What differs between two pictures of one size, (h, w, 4)."""
+    """The difference of two pictures of one size, (h, w, 4)."""
 
     def __init__(self, one: Image, other: Image) -> None:
         self.one, self.other = over_white(one), over_white(other)
 
     @cached_property
     def levels(self) -> Image:
-        """The largest difference of the channels, (h, w)."""
+        """Largest difference of a channel, (h, w), 0 to 255."""
         return np.abs(self.one.astype(np.int16) - self.other).max(axis=2).astype(np.uint8)
 
     @cached_property
     def delta_e(self) -> NDArray[np.float64]:
-        """ΔE*ab to the nearest color that the other picture has around, the larger of both ways, (h, w)."""
+        """ΔE*ab to the closest color around in the other picture, the larger of both directions, (h, w)."""
         from scipy.ndimage import maximum_filter, minimum_filter
 
         unequal = self.levels > 0
@@ -64,7 +67,7 @@ class Difference:
         found = np.zeros(unequal.shape)
         for p, q in ((self.one, self.other), (self.other, self.one)):
             here, there = p[unequal], q[unequal].astype(np.int16)
-            lowest = (there + minimum_filter(q, around, mode="nearest")[unequal]) // 2  # half way to the neighbors
+            lowest = (there + minimum_filter(q, around, mode="nearest")[unequal]) // 2  # halfway to the neighbors
             highest = (there + maximum_filter(q, around, mode="nearest")[unequal] + 1) // 2
             nearest = np.clip(here, lowest, highest).astype(np.uint8)
             found[unequal] = np.maximum(found[unequal], delta_e(here, nearest))
@@ -72,7 +75,7 @@ class Difference:
 
     @cached_property
     def spots(self) -> list[Spot]:
-        """Spots, the heaviest first."""
+        """The spots, the heaviest first."""
         from scipy import ndimage
 
         labels, count = ndimage.label(self.delta_e > NOTICEABLE, np.ones((3, 3)))
@@ -95,7 +98,7 @@ class Difference:
 
 
 def compare_pictures(one: Image, other: Image, heaviest: float = HEAVIEST_SPOT) -> Finding:
-    """Same if no spot weighs more than ``heaviest``; pictures are (h, w, 4). Size and index are x, y."""
+    """Compare two pictures, (h, w, 4): same if no spot weighs more than ``heaviest``. Size and index are (x, y)."""
     size = one.shape[:2]
     if size != other.shape[:2]:
         sizes = [f"{image.shape[1]} x {image.shape[0]}" for image in (one, other)]
@@ -104,7 +107,7 @@ def compare_pictures(one: Image, other: Image, heaviest: float = HEAVIEST_SPOT) 
     if not difference.levels.any():
         return Finding("pixels", "picture", True, size[::-1], tolerance=heaviest)
     spots = difference.spots
-    row, column = spots[0].worst if spots else _place(int(difference.levels.argmax()), size)
+    row, column = spots[0].worst if spots else divmod(int(difference.levels.argmax()), size[1])
     beyond = sum(spot.weight > heaviest for spot in spots)
     return Finding(
         "pixels",
@@ -122,7 +125,7 @@ def compare_pictures(one: Image, other: Image, heaviest: float = HEAVIEST_SPOT) 
 
 
 def _details(difference: Difference) -> dict[str, Any]:
-    """How many pixels differ, by how much, and where, for a report."""
+    """Return numbers and places of the pixels that differ, for a report."""
     spots = difference.spots
     return {
         "unequal_pixels": int(np.count_nonzero(difference.levels)),
@@ -138,9 +141,10 @@ def _details(difference: Difference) -> dict[str, Any]:
 
 
 def difference_picture(one: Image, other: Image, heaviest: float = HEAVIEST_SPOT) -> Image:
-    """The first picture in pale gray, (h, w, 3): unequal pixels blue, noticeable ones red, spots that count framed.
+    """Draw the difference, (h, w, 3), over the first picture in pale gray.
 
-    Frames are orange; so is, of pictures of two sizes, what only one of them has.
+    Unequal pixels are blue, visibly different ones red. Orange frames mark the spots that do not pass. Parts that only
+    one of two pictures of unequal size has are orange.
     """
     height, width = np.maximum(one.shape[:2], other.shape[:2])
     rows, columns = np.minimum(one.shape[:2], other.shape[:2])
@@ -149,14 +153,14 @@ def difference_picture(one: Image, other: Image, heaviest: float = HEAVIEST_SPOT
     gray = difference.one[..., :3].mean(axis=2, keepdims=True)
     shared = np.repeat(255 - _FADE * (255 - gray), 3, axis=2).astype(np.uint8)
     shared[difference.levels > 0] = _UNEQUAL
-    shared[_frames(difference, heaviest)] = _SPOT  # before the pixels, which must not be lost under a neighbor's frame
+    shared[_frames(difference, heaviest)] = _SPOT  # first, so that no frame covers a pixel
     shared[difference.delta_e > NOTICEABLE] = _NOTED
     picture[:rows, :columns] = shared
     return picture
 
 
 def _frames(difference: Difference, heaviest: float, gap: int = 6, width: int = 2) -> NDArray[np.bool_]:
-    """Where the outline runs round the boxes of the spots that count; boxes that meet have one outline."""
+    """Return the mask of the outlines around the spots that do not pass; overlapping boxes share an outline."""
     from scipy.ndimage import binary_erosion
 
     inside = np.zeros(difference.levels.shape, dtype=bool)
@@ -168,6 +172,7 @@ def _frames(difference: Difference, heaviest: float, gap: int = 6, width: int = 
 
 
 def _sentence(difference: Difference, heaviest: float) -> str:
+    """Return the number of different pixels and the heaviest spot as text."""
     levels, spots = difference.levels, difference.spots
     unequal = np.count_nonzero(levels)
     parts = [f"{unequal} of {levels.size} pixels unequal, by up to {levels.max()} of 255 levels"]
@@ -181,9 +186,32 @@ def _sentence(difference: Difference, heaviest: float) -> str:
     return "; ".join(parts)
 
 
-def _place(flat: int, shape: tuple[int, int]) -> tuple[int, int]:
-    return flat // shape[1], flat % shape[1]
-
-
 def _hex(color: Image) -> str:
     return "#" + bytes(color[:3] if color[3] == 255 else color).hex()
+
+
+def lab(rgb: Colors) -> Floats:
+    """Convert sRGB colors, (k, 3), to L*, a*, b*.
+
+    >>> lab(np.array([[255, 0, 0]], dtype=np.uint8)).round(1).tolist()
+    [[53.2, 80.1, 67.2]]
+    """
+    xyz = _LINEAR[rgb] @ (_TO_XYZ / _TO_XYZ.sum(axis=1, keepdims=True)).T  # relative to white
+    x, y, z = np.where(xyz > _EPSILON, np.cbrt(xyz), (_KAPPA * xyz + 16) / 116).T
+    return np.stack([116 * y - 16, 500 * (x - y), 200 * (y - z)], axis=1)
+
+
+def delta_e(one: Colors, other: Colors) -> Floats:
+    """Return ΔE*ab of RGBA colors, (k, 4); transparent to opaque counts as much as black to white."""
+    apart = lab(one[:, :3]) - lab(other[:, :3])
+    clear = (one[:, 3].astype(float) - other[:, 3]) / 2.55
+    return np.asarray(np.sqrt((apart**2).sum(axis=1) + clear**2))
+
+
+def over_white(image: Colors) -> Colors:
+    """Blend a picture, (h, w, 4), with a white background; its opacity is kept."""
+    opacity = image[..., 3:]
+    if (opacity == 255).all():
+        return image
+    blended = 255 - (255 - image[..., :3].astype(np.float64)) * (opacity / 255)
+    return np.concatenate([np.rint(blended).astype(np.uint8), opacity], axis=2)

@@ -1,4 +1,4 @@
-"""How far apart numbers may be, and which names do not count."""
+"""Rules of a comparison: tolerances, and names to ignore."""
 
 import re
 from collections.abc import Iterable
@@ -6,23 +6,41 @@ from dataclasses import dataclass
 
 from geomhw.errors import GeomhwError
 
-#: Relative tolerance of what is held in double precision: rounding of other machines passes, other results do not.
+#: Relative tolerance of arrays in double precision: larger than rounding on other machines, smaller than other results.
 DOUBLE = 1e-9
-#: The same of what one of the files holds in single precision, which is rounded to 6e-8.
+#: Relative tolerance of arrays that a file stores in single precision, which rounds to 6e-8.
 SINGLE = 1e-6
-#: Of a report, what differs between runs of one command: how long it took, and where its files are.
+#: Weight of the heaviest spot that passes in a picture: two black pixels on white. Between one scene anti-aliased with
+#: 4, 9 and 16 samples per pixel, spots weigh up to 170. An 8 in place of a 3 in a label 11 pixels high weighs 260, a
+#: lost decimal point 280, a minus sign 380, an arrow 900 and more.
+HEAVIEST_SPOT = 200.0
+#: Entries of a report that differ between runs of one command.
 DEFAULT_IGNORED = ("seconds", "files", "path", "file")
 
 
 @dataclass(frozen=True)
 class Tolerance:
-    """a and b agree where |a - b| <= atol + rtol * scale, ``scale`` being the largest finite magnitude in the arrays.
+    """Values a and b agree if |a - b| <= atol + rtol * scale, scale = largest finite magnitude in both arrays.
 
-    One scale for a whole array, so that values which pass through zero are held to the accuracy of the others. It is
-    taken from both arrays; that one of them blows up does not let it pass, since the blown-up value itself is then a
-    whole scale away from the other.
+    One scale for a whole array: values near zero need the accuracy of the others. A value that blows up in one array
+    does not pass, since it differs from the other by about the scale itself.
 
-    rtol: None takes ``DOUBLE``, or ``SINGLE`` where one of the arrays is stored in single precision.
+    Parameters
+    ----------
+    rtol : float, optional
+        Relative tolerance. By default 1e-9, or 1e-6 if one of the arrays is stored in single precision.
+    atol : float
+        Absolute tolerance.
+
+    Raises
+    ------
+    GeomhwError
+        If a tolerance is negative or not finite.
+
+    Examples
+    --------
+    >>> Tolerance(rtol=1e-6, atol=1e-3).allows(scale=1000.0)
+    0.002
     """
 
     rtol: float | None = None
@@ -34,15 +52,17 @@ class Tolerance:
                 raise GeomhwError(f"{name} is {value}; a tolerance is a number from 0 on")
 
     def allows(self, scale: float, single: bool = False) -> float:
-        """The largest deviation that passes in arrays of that scale."""
+        """Return the largest deviation that passes in arrays of that scale."""
         rtol = self.rtol if self.rtol is not None else (SINGLE if single else DOUBLE)
         return self.atol + rtol * scale
 
 
 @dataclass(frozen=True)
 class Ignored:
-    """Names that are left out, with ``*`` and ``?`` for any letters and any letter.
+    """Patterns of names to leave out: ``*`` stands for any characters, ``?`` for one character.
 
+    Examples
+    --------
     >>> "heat_gradient" in Ignored(["heat*"])
     True
     >>> "answers[3].seconds" in Ignored(["answers[*].seconds"])
@@ -62,5 +82,5 @@ class Ignored:
 
 
 def _expression(pattern: str) -> str:
-    """As a regular expression. Not fnmatch, to which the brackets of ``answers[0]`` are a choice of letters."""
+    """Convert to a regular expression; fnmatch would take the brackets of ``answers[0]`` for a set of characters."""
     return re.escape(pattern).replace(r"\*", ".*").replace(r"\?", ".")

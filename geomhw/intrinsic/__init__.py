@@ -1,4 +1,4 @@
-"""Intrinsic triangulations: a surface known by its edge lengths, flipped to Delaunay."""
+"""Intrinsic triangulations: surfaces given by edge lengths, tufted covers, Delaunay flips."""
 
 import lazy_loader
 

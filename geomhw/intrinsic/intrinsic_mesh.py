@@ -1,4 +1,4 @@
-"""A surface known by the lengths of its edges alone, and the least lengthening that gives every face an area."""
+"""Intrinsic meshes, given by edge lengths, and intrinsic mollification of degenerate faces."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -11,18 +11,36 @@ from geomhw.mesh import geometry
 from geomhw.mesh.polyhedral import PolyhedralSurface
 from geomhw.mesh.topology import Edges
 
-#: Least excess of two sides of a face over the third, in mean edge lengths [Sharp, Crane 2020, sec. 4.5].
+#: Smallest excess of two sides of a face over the third, in mean edge lengths [Sharp, Crane 2020, sec. 4.5].
 LEAST_EXCESS = 1e-5
 
 
 @dataclass(frozen=True, eq=False)
 class IntrinsicMesh(PolyhedralSurface):
-    """Flat triangles glued along edges of given length, a Δ-complex: two edges may join the same vertices, or one
-    vertex to itself, and a face may be glued to itself.
+    """A Δ-complex of flat triangles with given edge lengths and without coordinates.
 
-    vertex_count: n. faces: (m, 3) vertex indices. gluing: which edges the faces share; its order is free. lengths:
-    (e,), positive. sheets: 2 where the faces are both sides of a mesh. Each face is laid out in a plane of its own,
-    z = 0, with the edge opposite its first corner along x.
+    Two edges may join the same vertices, an edge may join a vertex to itself, and a face may be glued to itself.
+    Vectors on a face refer to its layout in the plane z = 0, with the edge opposite corner 0 along x.
+
+    Attributes
+    ----------
+    vertex_count : int
+        Number of vertices n.
+    faces : (m, 3) integer array
+        Vertex indices.
+    gluing : Edges
+        Edges and their incidence to faces, in any order.
+    lengths : (e,) array
+        Positive edge lengths.
+    sheets : int
+        2 for a tufted cover, else 1.
+
+    Examples
+    --------
+    >>> from geomhw.mesh import icosphere
+    >>> ball = icosphere(2)
+    >>> bool(np.allclose(IntrinsicMesh.of(ball).face_areas, ball.face_areas))
+    True
     """
 
     vertex_count: int
@@ -33,17 +51,17 @@ class IntrinsicMesh(PolyhedralSurface):
 
     @classmethod
     def of(cls, surface: PolyhedralSurface) -> "IntrinsicMesh":
-        """The same surface without its place in space."""
+        """Take the connectivity and edge lengths of a surface."""
         return cls(surface.n_vertices, surface.faces, surface.edge_table, surface.edge_lengths, surface.sheets)
 
     @property
     def n_vertices(self) -> int:
-        """Number of vertices n."""
+        """Number of vertices n, unreferenced ones included."""
         return self.vertex_count
 
     @property
     def edge_table(self) -> Edges:
-        """Edges with their incidence to faces."""
+        """Edges and their incidence to faces: ``gluing``."""
         return self.gluing
 
     @property
@@ -53,7 +71,7 @@ class IntrinsicMesh(PolyhedralSurface):
 
     @cached_property
     def opposite_edges(self) -> Floats:
-        """Edge vectors, (m, 3, 3): ``[f, k]`` runs from corner k+1 to corner k+2 of face f, as laid out; z is zero."""
+        """Edge vectors, (m, 3, 3), in the layout of each face: ``[f, k]`` runs from corner k+1 to corner k+2; z = 0."""
         base, right, left = self.lengths[self.gluing.of_faces].T
         x, y = geometry.apex(base, left, right)
         corners = np.zeros((self.n_faces, 3, 3))
@@ -62,27 +80,45 @@ class IntrinsicMesh(PolyhedralSurface):
 
     @cached_property
     def degenerate_faces(self) -> Ints:
-        """Faces whose sides do not close to a triangle with an area, as far as rounding can tell, ascending."""
+        """Faces of zero area up to rounding, or whose sides violate the triangle inequality, (k,), ascending."""
         lost = geometry.ROUNDING_UNITS * np.finfo(float).eps * self.lengths[self.gluing.of_faces].max(axis=1) ** 2
         return frozen(np.flatnonzero(2 * self.face_areas <= lost))
 
 
 def mollified(surface: IntrinsicMesh) -> tuple[IntrinsicMesh, float]:
-    """The surface with ε added to every length, and ε: the least for which two sides of a face exceed the third by
-    1e-5 h [Sharp, Crane 2020, sec. 4.5]. Where they do already, ε is 0 and nothing changes. MeshError if h is zero.
+    """Add the smallest ε to all edge lengths for which two sides of each face exceed the third by 1e-5 h.
 
-    Each component has an ε and an h of its own, for a small one knows nothing of a large one; that returned is the
-    largest.
+    Each connected component has its own ε and mean edge length h.
 
-    Sharp, Crane: A Laplacian for Nonmanifold Triangle Meshes. Computer Graphics Forum 39(5), 2020.
+    Returns
+    -------
+    surface : IntrinsicMesh
+        The surface with the new lengths; the same object if ε is 0 everywhere.
+    growth : float
+        The largest ε, in the units of the lengths.
+
+    Raises
+    ------
+    MeshError
+        If all edges have length zero.
+
+    References
+    ----------
+    Sharp, Crane: A Laplacian for Nonmanifold Triangle Meshes. Computer Graphics Forum 39(5), 2020, sec. 4.5.
+
+    Examples
+    --------
+    >>> from geomhw.mesh import icosphere
+    >>> mollified(IntrinsicMesh.of(icosphere(2)))[1]
+    0.0
     """
     if surface.mean_edge_length == 0:
-        raise MeshError("all vertices of faces lie in one point: there is no surface to measure")
+        raise MeshError("all vertices lie in one point: the surface has no area")
     sides = surface.lengths[surface.gluing.of_faces]
     of_edges, of_faces = surface.components[surface.edges[:, 0]], surface.components[surface.faces[:, 0]]
     counts = np.bincount(of_edges)
     h = np.bincount(of_edges, surface.lengths) / np.maximum(counts, 1)
-    h[h == 0] = surface.mean_edge_length  # a component in one point has no scale of its own
+    h[h == 0] = surface.mean_edge_length  # a component at one point has no scale of its own
     excess = np.full(len(counts), np.inf)
     np.minimum.at(excess, of_faces, sides.sum(axis=1) - 2 * sides.max(axis=1))
     growth = np.maximum(0.0, LEAST_EXCESS * h - excess)

@@ -1,6 +1,9 @@
 from .curvature import angle_defects as angle_defects
 from .diagnostics import Finding as Finding
 from .diagnostics import findings as findings
+from .diagnostics import mesh_summary as mesh_summary
+from .implicit_surfaces import genus_two as genus_two
+from .implicit_surfaces import implicit_surface as implicit_surface
 from .orientation import (
     orientation_cover as orientation_cover,
 )
@@ -15,16 +18,10 @@ from .primitives import (
     cylinder_band as cylinder_band,
 )
 from .primitives import (
-    genus_two as genus_two,
-)
-from .primitives import (
     grid as grid,
 )
 from .primitives import (
     icosphere as icosphere,
-)
-from .primitives import (
-    implicit_surface as implicit_surface,
 )
 from .primitives import (
     moebius_band as moebius_band,
@@ -35,7 +32,6 @@ from .primitives import (
 from .primitives import (
     torus as torus,
 )
-from .summary import mesh_summary as mesh_summary
 from .surface_points import (
     SurfacePoints as SurfacePoints,
 )

@@ -1,4 +1,4 @@
-"""Gaussian curvature at the vertices of a mesh."""
+"""Gaussian curvature at vertices: angle defects."""
 
 import numpy as np
 
@@ -9,10 +9,20 @@ from geomhw.mesh.triangle_mesh import TriangleMesh
 
 
 def angle_defects(mesh: TriangleMesh) -> Floats:
-    """2π less the angles round each vertex, (n,), radians: its Gaussian curvature, integrated.
+    """Compute the angle defect 2π - Σθ of each vertex, its integrated Gaussian curvature.
 
-    0 where the faces round a vertex are no single closed fan, for there is none: on a boundary, where more than two
-    faces meet at an edge, where several fans meet, and on a vertex without faces.
+    Returns
+    -------
+    (n,) array, radians
+        0 at vertices without a single closed fan of faces: on the boundary, at edges of more than two faces, at pinched
+        vertices and at unreferenced vertices.
+
+    Examples
+    --------
+    >>> from geomhw.mesh import icosphere
+    >>> defects = angle_defects(icosphere(2))
+    >>> bool(np.isclose(defects.sum(), 4 * np.pi))  # Gauss-Bonnet: 2π χ
+    True
     """
     defects = 2 * np.pi - corner_sum(mesh.angles, mesh.faces, mesh.n_vertices)
     table = mesh.edge_table

@@ -1,141 +1,129 @@
-"""What is wrong with a mesh, or worth knowing, for those who compute on it: each finding its places and a sentence."""
+"""Mesh diagnostics: a summary of sizes and topology, and the places of defects."""
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
 from geomhw.arrays import Ints
 from geomhw.mesh import geometry, topology
 from geomhw.mesh.orientation import without_duplicate_faces
-from geomhw.mesh.orientation_signs import one_sided_faces
+from geomhw.mesh.orientation_signs import one_sided_faces, orientation_labels
 from geomhw.mesh.triangle_mesh import TriangleMesh
 
-#: How a finding is weighed: what is no clean surface; what may spoil results; what is neither good nor bad.
+#: Class of a finding: not a clean surface, possible loss of accuracy, or neutral information.
 Kind = Literal["defect", "note", "fact"]
+_DESCRIPTIONS: dict[str, tuple[Kind, str]] = {
+    "zero_area_faces": ("defect", "faces of zero area"),
+    "duplicate_faces": ("defect", "faces with the vertices of an earlier face, and that face"),
+    "isolated_vertices": ("defect", "vertices of no face"),
+    "non_manifold_edges": ("defect", "edges of more than two faces"),
+    "non_manifold_vertices": ("defect", "vertices where several fans of faces meet, as in an hourglass"),
+    "inconsistent_edges": ("defect", "edges whose two faces disagree in orientation"),
+    "one_sided_pieces": ("defect", "one-sided parts, such as a Moebius band, by their lowest face"),
+    "coincident_vertices": ("note", "vertices at the position of an earlier vertex, and that vertex"),
+    "negative_edges": ("note", "edges of negative cotan weight, opposite wide angles"),
+    "boundary_loops": ("fact", "boundary loops, by their lowest vertex"),
+    "components": ("fact", "components, by their lowest vertex"),
+}
 
 
 @dataclass(frozen=True)
 class Finding:
-    """One kind of place on a mesh.
+    """A kind of defect or property of a mesh, and where it occurs.
 
-    what: such places, in a few words. places: ascending, (k,) vertices or faces, or (k, 2): edges by their vertices, or
-    copies with what they are copies of. consequence: what the commands make of them, a sentence.
+    Attributes
+    ----------
+    name : str
+        Identifier, such as ``non_manifold_edges``.
+    kind : {"defect", "note", "fact"}
+    what : str
+        Description of the places, in a few words.
+    places : (k,) or (k, 2) integer array, ascending
+        Vertices or faces; or pairs: edges by their vertices, or duplicates with their originals.
     """
 
     name: str
     kind: Kind
     what: str
     places: Ints
-    consequence: str
 
 
 def findings(mesh: TriangleMesh) -> list[Finding]:
-    """All that was found, defects first; kinds of which there is none are left out."""
-    return [found for found in (*_defects(mesh), *_notes(mesh), *_facts(mesh)) if len(found.places)]
+    """Search a mesh for defects, possible sources of error, and facts about its topology.
 
+    Returns
+    -------
+    list of Finding
+        Defects first, then notes, then facts; kinds that do not occur are left out.
 
-def _defects(mesh: TriangleMesh) -> list[Finding]:
+    Examples
+    --------
+    >>> from geomhw.mesh import grid
+    >>> [(found.name, found.kind, found.places.tolist()) for found in findings(grid(2, 2))]
+    [('boundary_loops', 'fact', [0])]
+    """
     single = without_duplicate_faces(mesh)
     one_sided = one_sided_faces(single.edge_table)
-    found: list[tuple[str, str, Ints, str]] = [
-        (
-            "zero_area_faces",
-            "faces without area",
-            mesh.degenerate_faces,
-            "Without normal and gradient: geodesic and vecdiffuse compute with --robust, other commands refuse.",
-        ),
-        (
-            "duplicate_faces",
-            "faces with the three vertices of an earlier one, of that one",
-            mesh.duplicate_faces,
-            "Geodesic and vecdiffuse leave the copies out, advect and operators count them again; fluid and helmholtz "
-            "refuse more than two faces at an edge.",
-        ),
-        (
-            "isolated_vertices",
-            "vertices of no face",
-            mesh.unreferenced_vertices,
-            "They keep their places in outputs, with distance inf, and are no sources.",
-        ),
-        (
-            "non_manifold_edges",
-            "edges of more than two faces",
-            mesh.edges[mesh.edge_table.face_counts > 2],
-            "Geodesic and advect pass to all of the faces, vecdiffuse by the mean of their normals; fluid, helmholtz, "
-            "tracers and the intrinsic connection refuse.",
-        ),
-        (
-            "non_manifold_vertices",
-            "vertices that alone hold several fans of faces together, as in an hourglass",
-            topology.pinched_vertices(mesh.faces, mesh.edge_table, mesh.n_vertices),
-            "Distances and colors pass through, flow does not; the intrinsic connection refuses.",
-        ),
-        (
-            "inconsistent_edges",
-            "edges whose two faces disagree on what is up",
-            _disagreeing_edges(single, one_sided),
-            "Vecdiffuse, fluid and helmholtz turn the lesser part of the faces; geodesic and advect need no agreement.",
-        ),
-        (
-            "one_sided_pieces",
-            "one-sided pieces, such as a Moebius band, by their lowest face",
-            _lowest(_patches(single), one_sided),
-            "Geodesic, vecdiffuse and advect compute on them; fluid and helmholtz refuse.",
-        ),
-    ]
-    return [Finding(name, "defect", what, places, consequence) for name, what, places, consequence in found]
-
-
-def _notes(mesh: TriangleMesh) -> list[Finding]:
-    return [
-        Finding(
-            "coincident_vertices",
-            "note",
-            "vertices in the place of an earlier one, of that one",
-            _coincident(mesh),
-            "Between such the surface is cut open.",
-        ),
-        Finding(
-            "negative_edges",
-            "note",
-            "edges of negative cotan weight, across from angles too wide",
-            _negative_edges(mesh),
-            "Heat may fall below zero there, and distances come out wrong beside slivers; --robust mends it.",
-        ),
-    ]
-
-
-def _facts(mesh: TriangleMesh) -> list[Finding]:
-    loops = np.sort(np.array([loop.min() for loop in mesh.boundary_loops], dtype=np.int64))
+    patches = np.minimum(*orientation_labels(single.edge_table))
     components = _lowest(mesh.components, np.unique(mesh.faces))
-    return [
-        Finding(
-            "boundary_loops", "fact", "boundary loops, by their lowest vertex", loops, "Nothing flows through them."
-        ),
-        Finding(
-            "components",
-            "fact",
-            "components, by their lowest vertex",
-            components if len(components) > 1 else components[:0],
-            "Each is on its own: without a source, distance is inf there.",
-        ),
-    ]
+    places = {
+        "zero_area_faces": mesh.degenerate_faces,
+        "duplicate_faces": mesh.duplicate_faces,
+        "isolated_vertices": mesh.unreferenced_vertices,
+        "non_manifold_edges": mesh.edges[mesh.edge_table.face_counts > 2],
+        "non_manifold_vertices": topology.pinched_vertices(mesh.faces, mesh.edge_table, mesh.n_vertices),
+        "inconsistent_edges": _inconsistent_edges(single, one_sided),
+        "one_sided_pieces": _lowest(patches, one_sided),
+        "coincident_vertices": _coincident(mesh),
+        "negative_edges": _negative_edges(mesh),
+        "boundary_loops": np.sort(np.array([loop.min() for loop in mesh.boundary_loops], dtype=np.int64)),
+        "components": components if len(components) > 1 else components[:0],
+    }
+    return [Finding(name, *_DESCRIPTIONS[name], where) for name, where in places.items() if len(where)]
+
+
+def mesh_summary(mesh: TriangleMesh) -> dict[str, Any]:
+    """Summarize sizes, topology, defects and extent of a mesh as plain JSON values.
+
+    Returns
+    -------
+    dict
+        Counts; ``genus`` (None if undefined), ``oriented``, ``edge_manifold``; ``mean_edge_length``, ``area`` and
+        ``bounds`` ([lowest, highest] corner of the bounding box) in the units of the mesh.
+
+    Examples
+    --------
+    >>> from geomhw.mesh import torus
+    >>> summary = mesh_summary(torus(24, 12))
+    >>> summary["vertices"], summary["genus"]
+    (288, 1)
+    """
+    return {
+        "vertices": mesh.n_vertices,
+        "faces": mesh.n_faces,
+        "edges": mesh.n_edges,
+        "components": mesh.n_components,
+        "boundary_loops": len(mesh.boundary_loops),
+        "euler_characteristic": mesh.euler_characteristic,
+        "genus": mesh.genus,
+        "oriented": mesh.is_oriented,
+        "edge_manifold": mesh.is_edge_manifold,
+        "unreferenced_vertices": len(mesh.unreferenced_vertices),
+        "zero_area_faces": len(mesh.degenerate_faces),
+        "mean_edge_length": mesh.mean_edge_length,
+        "area": float(mesh.face_areas.sum()),
+        "bounds": [mesh.vertices.min(axis=0).tolist(), mesh.vertices.max(axis=0).tolist()],
+    }
 
 
 def _lowest(labels: Ints, which: Ints) -> Ints:
-    """The lowest member of each label among those, ascending."""
+    """Return the lowest member of each label among ``which``, ascending."""
     return np.sort(which[np.unique(labels[which], return_index=True)[1]])
 
 
-def _patches(mesh: TriangleMesh) -> Ints:
-    """Labels of patches: faces joined over edges with exactly two."""
-    kept, turned = topology.side_labels(mesh.edge_table)
-    return np.minimum(kept, turned)
-
-
-def _disagreeing_edges(mesh: TriangleMesh, one_sided: Ints) -> Ints:
-    """Edges of two-sided patches whose two faces run along them the same way, (k, 2)."""
+def _inconsistent_edges(mesh: TriangleMesh, one_sided: Ints) -> Ints:
+    """Return the edges, (k, 2), whose two faces run along them in the same sense, outside one-sided patches."""
     table = mesh.edge_table
     disagree = (table.face_counts == 2) & (table.orientation_sums != 0)
     disagree[table.of_faces[one_sided].ravel()] = False
@@ -143,8 +131,8 @@ def _disagreeing_edges(mesh: TriangleMesh, one_sided: Ints) -> Ints:
 
 
 def _coincident(mesh: TriangleMesh) -> Ints:
-    """Vertices at the very place of an earlier one, and the first such, (k, 2)."""
-    places = mesh.vertices + 0.0  # zeros of both signs are one place
+    """Return vertices at exactly the position of an earlier vertex, and the first such vertex, (k, 2)."""
+    places = mesh.vertices + 0.0  # -0.0 becomes 0.0
     order = np.lexsort(places.T)  # stable: among equals the lowest comes first
     new = np.concatenate([[True], np.any(np.diff(places[order], axis=0) != 0, axis=1)])
     first = np.empty_like(order)
@@ -154,7 +142,7 @@ def _coincident(mesh: TriangleMesh) -> Ints:
 
 
 def _negative_edges(mesh: TriangleMesh) -> Ints:
-    """Edges whose cotangents sum to less than zero beyond rounding, (k, 2); faces without area do not count."""
+    """Return the edges, (k, 2), whose cotangents sum to less than zero beyond rounding; zero-area faces are ignored."""
     dots = geometry.corner_dots(mesh.opposite_edges)
     doubled = 2 * mesh.face_areas[:, None]
     sound = np.ones_like(doubled, dtype=bool)

@@ -1,16 +1,16 @@
-"""Places along Hilbert's curve: points that follow each other there are close in space."""
+"""Hilbert curve keys: points with close keys are close in space. No dependency of geomhw computes them."""
 
 import numpy as np
 from numpy.typing import NDArray
 
 from geomhw.arrays import Floats
 
-#: Digits of each coordinate; three times as many fit into 64 bits.
+#: Bits per coordinate; a key of three coordinates fits into 64 bits.
 BITS = 20
 
 
 def hilbert_keys(points: Floats, bits: int = BITS) -> NDArray[np.uint64]:
-    """Where on the curve through the 8^bits cells of their bounding cube points lie, (k,), from points (k, 3).
+    """Return the index of each point, (k, 3), along the Hilbert curve through the 8^bits cells of the bounding cube.
 
     [Skilling 2004, "Programming the Hilbert curve"]
     """
@@ -21,7 +21,7 @@ def hilbert_keys(points: Floats, bits: int = BITS) -> NDArray[np.uint64]:
 
 
 def _along_curve(x: list[NDArray[np.uint64]], bits: int) -> NDArray[np.uint64]:
-    """From the coordinates of cells; loops run over digits."""
+    """Return the indices of cells given by their three integer coordinates; loops run over bits."""
     highest, one = np.uint64(1) << np.uint64(bits - 1), np.uint64(1)
     digits = [highest >> np.uint64(k) for k in range(bits)]
     for digit in digits[:-1]:

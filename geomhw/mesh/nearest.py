@@ -1,4 +1,4 @@
-"""The point of a surface nearest to a point in space."""
+"""Closest point of a triangle mesh to a point in space."""
 
 import numpy as np
 
@@ -7,9 +7,9 @@ from geomhw.mesh.triangle_mesh import TriangleMesh
 
 
 def nearest_on_surface(mesh: TriangleMesh, point: Floats) -> tuple[int, Floats]:
-    """Face and barycentric weights, (3,), of the nearest point of the mesh; of equally near faces the first.
+    """Return the face and the barycentric coordinates, (3,), of the closest point; the lowest face on a tie.
 
-    In each face that is the foot of the perpendicular, where it lies inside, or else the nearest point of an edge.
+    The closest point of a face is the foot of the perpendicular if that lies inside, else the closest point of an edge.
     """
     corners = mesh.vertices[mesh.faces] - np.asarray(point, dtype=float)
     share, to_edge = _on_edges(corners)
@@ -25,8 +25,8 @@ def nearest_on_surface(mesh: TriangleMesh, point: Floats) -> tuple[int, Floats]:
 
 
 def _on_edges(corners: Floats) -> tuple[Floats, Floats]:
-    """Of each edge, from corner k to k+1: how far along it is nearest to the origin, 0..1, and that distance squared,
-    (m, 3) each."""
+    """Return, for each edge from corner k to k+1, (m, 3), the parameter in [0, 1] of its point closest to the origin,
+    and the squared distance."""
     along = np.roll(corners, -1, axis=1) - corners
     length = np.einsum("fkx,fkx->fk", along, along)
     ahead = -np.einsum("fkx,fkx->fk", corners, along)
@@ -36,8 +36,8 @@ def _on_edges(corners: Floats) -> tuple[Floats, Floats]:
 
 
 def _on_planes(corners: Floats, normals: Floats) -> tuple[Floats, Floats]:
-    """Doubled areas opposite each corner of the origin's foot, (m, 3), and its distance squared, (m,): inf where it
-    lies outside of the face or the face has no area."""
+    """Return twice the barycentric areas, (m, 3), of the origin's projection to each plane, and its squared distance,
+    (m,): inf if the projection lies outside the face or the face has zero area."""
     opposite = np.cross(np.roll(corners, -1, axis=1), np.roll(corners, -2, axis=1))
     areas = np.einsum("fkx,fx->fk", opposite, normals)
     inside = (areas >= 0).all(axis=1) & (areas.sum(axis=1) > 0)

@@ -1,4 +1,4 @@
-"""Points spread evenly over a surface, the same ones every time."""
+"""Deterministic, evenly distributed sample points on a surface."""
 
 import numpy as np
 
@@ -6,34 +6,34 @@ from geomhw.arrays import Floats, Ints
 from geomhw.mesh.hilbert_curve import hilbert_keys
 from geomhw.mesh.triangle_mesh import TriangleMesh
 
-#: Samples a point from which points that keep their distance are chosen, rounds of that, and for how many points.
+#: Candidates per point, rounds of Lloyd relaxation, and the largest number of points that are relaxed.
 CANDIDATES, ROUNDS, MOST_RELAXED = 12, 4, 20_000
-#: Two sequences with these steps fill the unit square evenly.
+#: Steps of a two-dimensional low-discrepancy sequence.
 _STEPS = (1 / 1.324717957244746, 1 / 1.324717957244746**2)  # of the plastic number
 
 
 def area_samples(mesh: TriangleMesh, count: int, order: Ints | None = None) -> tuple[Ints, Floats]:
-    """Faces (count,) and barycentric coordinates (count, 3) of points of which each stands for the same area.
+    """Return faces, (count,), and barycentric coordinates, (count, 3), of points with equal shares of the area.
 
-    order: the faces in the order, (m,), in which their areas are laid end to end and the points set at equal distances;
-    None takes that of the mesh. On a mesh without area the first face has them all.
+    Points are equally spaced along the cumulative face areas, in the given ``order`` of the faces, (m,), by default
+    that of the mesh. On a mesh of zero area all points lie in the first face.
     """
     k = np.arange(count)
     order = np.arange(mesh.n_faces) if order is None else order
     total = np.cumsum(mesh.face_areas[order])
     face = order[np.minimum(np.searchsorted(total, (k + 0.5) / count * total[-1]), mesh.n_faces - 1)]
     u, v = ((0.5 + k * step) % 1 for step in _STEPS)
-    # The square is folded to a triangle.
+    # Fold the unit square to a triangle.
     u, v = np.where(u + v > 1, 1 - u, u), np.where(u + v > 1, 1 - v, v)
     return face, np.stack([1 - u - v, u, v], axis=1)
 
 
 def spread_samples(mesh: TriangleMesh, count: int) -> tuple[Ints, Floats]:
-    """Points of nearly the same area each that also keep their distance from each other, as `area_samples` gives them.
+    """Return points with nearly equal area and mutual distance, in the format of `area_samples`.
 
-    Area is laid out along Hilbert's curve through the mesh's bounding cube; of a dozen samples a point, those in the
-    middle of each dozen are chosen, and moved, a few times, to the middle of the samples nearest to them [Lloyd 1982].
-    More than ``MOST_RELAXED`` points stay where they are chosen.
+    Faces are ordered along the Hilbert curve. One of each ``CANDIDATES`` consecutive samples is chosen. It moves to the
+    centroid of the samples closest to it, for ``ROUNDS`` rounds of Lloyd relaxation [Lloyd 1982]. More than
+    ``MOST_RELAXED`` points are not relaxed.
     """
     along = np.argsort(hilbert_keys(mesh.face_centers), kind="stable")
     if count > MOST_RELAXED:
@@ -44,6 +44,7 @@ def spread_samples(mesh: TriangleMesh, count: int) -> tuple[Ints, Floats]:
 
 
 def _relaxed(samples: Floats, chosen: Ints) -> Ints:
+    """Move the chosen samples, (count,), by Lloyd relaxation over all samples, (k, 3), and keep them distinct."""
     from scipy.spatial import cKDTree
 
     tree, count = cKDTree(samples), len(chosen)
@@ -58,5 +59,5 @@ def _relaxed(samples: Floats, chosen: Ints) -> Ints:
 
 
 def points_on(mesh: TriangleMesh, faces: Ints, weights: Floats) -> Floats:
-    """Σ_k b_k x_k, (k, 3): where barycentric coordinates, (k, 3), put points on faces, (k,)."""
+    """Return the positions, (k, 3), of points with barycentric coordinates, (k, 3), in faces, (k,)."""
     return np.asarray(np.einsum("pk,pkx->px", weights, mesh.vertices[mesh.faces[faces]]))

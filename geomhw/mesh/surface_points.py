@@ -1,4 +1,4 @@
-"""Points from which something spreads, vertices or points within faces: checked once, here."""
+"""Points on a surface in barycentric coordinates: vertices, points in faces, closest points, with input checks."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,19 +12,34 @@ from geomhw.errors import FieldError
 from geomhw.mesh.nearest import nearest_on_surface
 from geomhw.mesh.triangle_mesh import TriangleMesh
 
-#: Three barycentric coordinates rounded to two digits sum to one within this.
+#: Largest deviation from 1 of the sum of three barycentric coordinates: they may be rounded to two digits.
 ROUNDED_SUM = 0.015
-#: A barycentric coordinate below this is zero: the point lies on an edge or is a vertex.
+#: A barycentric coordinate below this is set to zero: the point lies on an edge or is a vertex.
 SNAP = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
 class SurfacePoints:
-    """k points of a mesh, in the order in which they were given, by the barycentric weights of three corners.
+    """k points on a mesh, in the order in which they were given.
 
-    faces: (k,), the face that each lies in, -1 for a vertex.
-    corners: (k, 3), the vertices of that face; of a vertex, three times itself.
-    weights: (k, 3), not negative, sum 1; of a vertex 1, 0, 0.
+    `vertex_points`, `vertex_range`, `face_point`, `nearest_point` and `boundary_points` make them and check their
+    arguments; `concatenate` joins them.
+
+    Attributes
+    ----------
+    faces : (k,) integer array
+        The face that contains each point; -1 for a vertex.
+    corners : (k, 3) integer array
+        The vertices of that face; three times the same vertex for a vertex.
+    weights : (k, 3) array
+        Barycentric coordinates with respect to ``corners``: nonnegative, sum 1; (1, 0, 0) for a vertex.
+
+    Examples
+    --------
+    >>> from geomhw.mesh import grid
+    >>> points = concatenate([vertex_points(grid(2, 2), [4]), face_point(grid(2, 2), 0)])
+    >>> len(points), points.faces.tolist()
+    (2, [-1, 0])
     """
 
     faces: Ints
@@ -35,33 +50,41 @@ class SurfacePoints:
         return len(self.faces)
 
     def __getitem__(self, which: Ints) -> "SurfacePoints":
-        """Some of them, by their places or a mask."""
+        """Select points by an index array or a mask."""
         return SurfacePoints(self.faces[which], self.corners[which], self.weights[which])
 
     @property
     def vertices(self) -> Ints:
-        """Those that are vertices."""
+        """Vertex indices of the points that are vertices."""
         return np.asarray(self.corners[self.faces < 0, 0])
 
     @property
     def within_faces(self) -> "SurfacePoints":
-        """Those that are none."""
+        """The points that are not vertices."""
         return self[self.faces >= 0]
 
     def positions(self, mesh: TriangleMesh) -> Floats:
-        """Where they are, (k, 3)."""
+        """Return the coordinates of the points, (k, 3)."""
         return np.asarray(np.einsum("kc,kcx->kx", self.weights, mesh.vertices[self.corners]))
 
     def impulse(self, n: int, values: Floats | float = 1.0) -> Floats:
-        """Each one's value, (k,), shared by its corners, on n vertices: its integral against piecewise linear functions
-        is the function's value at the point."""
+        """Distribute values, (k,), to the corners of their faces: the load vector, (n,), of a sum of Dirac impulses.
+
+        The product with a vector of vertex values is the sum of the interpolated values at the points, times
+        ``values``.
+        """
         shares = self.weights * np.broadcast_to(values, len(self))[:, None]
         return np.asarray(np.bincount(self.corners.ravel(), shares.ravel(), n), dtype=float)
 
     def distinct(self) -> tuple[Ints, Ints]:
-        """Places of the different ones, vertices first and ascending, and for each of all which of these it is.
+        """Find equal points; a point on an edge is the same in all faces at that edge.
 
-        A point on an edge is the same in every face there.
+        Returns
+        -------
+        first : (d,) integer array
+            Index of one point of each group of equal points: vertices first, ascending.
+        group : (k,) integer array
+            Group of each point, an index into ``first``.
         """
         used = self.weights > 0
         names = np.where(used, self.corners, -1)
@@ -75,33 +98,56 @@ class SurfacePoints:
         return ranked[first], group
 
     def report(self) -> list[Any]:
-        """Plain values: the index of a vertex; of other points the face and the barycentric coordinates."""
+        """Return the points as plain JSON values: a vertex index, or a face with barycentric coordinates."""
         return [
             int(corners[0]) if face < 0 else {"face": int(face), "barycentric": weights.tolist()}
             for face, corners, weights in zip(self.faces, self.corners, self.weights, strict=True)
         ]
 
     def name(self, k: int) -> str:
-        """The k-th in words."""
+        """Return the k-th point as text, for messages."""
         return point_name(self[np.array([k])].report()[0])
 
 
 def point_name(reported: Any) -> str:
-    """A source as `SurfacePoints.report` has it, in words."""
+    """Return an entry of `SurfacePoints.report` as text."""
     if isinstance(reported, int):
         return str(reported)
     return f"face {reported['face']} ({', '.join(f'{b:.6g}' for b in reported['barycentric'])})"
 
 
 def concatenate(parts: Sequence[SurfacePoints]) -> SurfacePoints:
-    """All of them, one after the other."""
-    return SurfacePoints(
-        *(np.concatenate([getattr(p, name) for p in parts]) for name in ("faces", "corners", "weights"))
-    )
+    """Join several sets of points into one, in order.
+
+    Examples
+    --------
+    >>> from geomhw.mesh import grid
+    >>> concatenate([vertex_points(grid(2, 2), [4]), vertex_points(grid(2, 2), [0, 1])]).vertices.tolist()
+    [4, 0, 1]
+    """
+    names = ("faces", "corners", "weights")
+    return SurfacePoints(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
 
 
 def vertex_points(mesh: TriangleMesh, vertices: Sequence[int] | Ints) -> SurfacePoints:
-    """Sources at vertices; FieldError if there is none or one is no vertex of the surface."""
+    """Select vertices of a mesh as surface points.
+
+    Parameters
+    ----------
+    mesh : TriangleMesh
+    vertices : sequence of k vertex indices, at least one.
+
+    Raises
+    ------
+    FieldError
+        If there is no index, or one is not an integer, out of range or an unreferenced vertex.
+
+    Examples
+    --------
+    >>> from geomhw.mesh import grid
+    >>> vertex_points(grid(2, 2), [3, 1]).report()
+    [3, 1]
+    """
     wanted = np.atleast_1d(np.asarray(vertices))
     if wanted.size == 0:
         raise FieldError("there is no source; name at least one vertex")
@@ -117,16 +163,40 @@ def vertex_points(mesh: TriangleMesh, vertices: Sequence[int] | Ints) -> Surface
 
 
 def vertex_range(mesh: TriangleMesh, first: int, last: int) -> SurfacePoints:
-    """Sources at the vertices from one to another, both included."""
-    vertex_points(mesh, [first, last])  # before a range of any length is laid out
+    """Select the vertices ``first`` to ``last``, both included; raises as `vertex_points` does.
+
+    Examples
+    --------
+    >>> from geomhw.mesh import grid
+    >>> vertex_range(grid(2, 2), 2, 4).vertices.tolist()
+    [2, 3, 4]
+    """
+    vertex_points(mesh, [first, last])  # checks the ends before a range of any size is allocated
     return vertex_points(mesh, np.arange(first, last + 1))
 
 
 def face_point(mesh: TriangleMesh, face: int, weights: ArrayLike | None = None) -> SurfacePoints:
-    """A source within a face, by default at its barycenter.
+    """Select a point in a face by barycentric coordinates.
 
-    weights: barycentric coordinates, (3,), in the order of the face's corners. They are divided by their sum, which
-    rounding to two digits may take off one; FieldError if it is farther off or one is negative.
+    Parameters
+    ----------
+    mesh : TriangleMesh
+    face : int
+        Index of the face.
+    weights : (3,) array, optional
+        Barycentric coordinates in the order of the corners, nonnegative. They are divided by their sum, which must be
+        within 0.015 of 1. By default the barycenter. Coordinates below 1e-9 become 0; (1, 0, 0) gives a vertex.
+
+    Raises
+    ------
+    FieldError
+        If the face does not exist or the coordinates are not valid.
+
+    Examples
+    --------
+    >>> from geomhw.mesh import grid
+    >>> face_point(grid(1, 1), 0, [0.5, 0.25, 0.25]).positions(grid(1, 1))
+    array([[0.5 , 0.25, 0.  ]])
     """
     if not 0 <= face < mesh.n_faces:
         raise FieldError(f"face {face} does not exist: the mesh has {mesh.n_faces} faces (0 to {mesh.n_faces - 1})")
@@ -146,14 +216,38 @@ def face_point(mesh: TriangleMesh, face: int, weights: ArrayLike | None = None) 
 
 
 def boundary_points(mesh: TriangleMesh) -> SurfacePoints:
-    """Sources at all vertices of the boundary; FieldError if there is none."""
+    """Select all boundary vertices, ascending.
+
+    Raises
+    ------
+    FieldError
+        If the mesh has no boundary.
+
+    Examples
+    --------
+    >>> from geomhw.mesh import grid
+    >>> boundary_points(grid(2, 2)).vertices.tolist()
+    [0, 1, 2, 3, 5, 6, 7, 8]
+    """
     if mesh.is_closed:
         raise FieldError("the mesh has no boundary; name vertices or faces as sources")
     return vertex_points(mesh, mesh.boundary_vertices)
 
 
 def nearest_point(mesh: TriangleMesh, point: ArrayLike) -> SurfacePoints:
-    """A source at the point of the surface nearest to a point in space, (3,): a vertex only if it is that point."""
+    """Find the point of the surface closest to a point in space, (3,); of equally close faces, the lowest.
+
+    Raises
+    ------
+    FieldError
+        If ``point`` does not have three finite coordinates.
+
+    Examples
+    --------
+    >>> from geomhw.mesh import grid
+    >>> nearest_point(grid(1, 1), [0.75, 0.25, 9.0]).positions(grid(1, 1))
+    array([[0.75, 0.25, 0.  ]])
+    """
     place = np.asarray(point, dtype=float)
     if place.shape != (3,) or not np.isfinite(place).all():
         raise FieldError(f"a point in space has three finite coordinates, not {place.tolist()}")
@@ -161,12 +255,12 @@ def nearest_point(mesh: TriangleMesh, point: ArrayLike) -> SurfacePoints:
 
 
 def extreme_vertex(mesh: TriangleMesh, axis: int, sign: int) -> int:
-    """The vertex of largest (sign 1) or smallest (-1) x, y or z that belongs to a face, the lowest index on a tie."""
+    """Return the referenced vertex of largest (sign 1) or smallest (-1) coordinate; the lowest index on a tie."""
     height = sign * mesh.vertices[:, axis]
     height[mesh.unreferenced_vertices] = -np.inf
     return int(height.argmax())
 
 
 def default_source(mesh: TriangleMesh) -> int:
-    """The vertex of largest y."""
+    """Return the vertex of largest y, the default source of all methods."""
     return extreme_vertex(mesh, 1, 1)

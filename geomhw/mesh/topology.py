@@ -1,4 +1,4 @@
-"""How triangles hang together: edges, boundary loops, components, Euler characteristic."""
+"""Connectivity of triangle meshes: edges, boundary loops, connected components, duplicate faces, pinched vertices."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -11,12 +11,15 @@ from geomhw.arrays import Ints, frozen
 
 @dataclass(frozen=True)
 class Edges:
-    """The unique edges of a mesh and how faces meet in them.
+    """The unique edges of a mesh and their incidence to faces.
 
-    vertices: (e, 2), the lower index first, in lexicographic order.
-    of_faces: (m, 3), the edge opposite each corner.
-    face_counts: (e,), how many faces meet in the edge: 1 on the boundary, 2 inside, more where not manifold.
-    orientation_sums: (e,), faces that run along it upward less those that run downward; 0 where two agree.
+    Attributes
+    ----------
+    vertices : (e, 2) vertex indices, the lower one first, in lexicographic order.
+    of_faces : (m, 3) index of the edge opposite each corner.
+    face_counts : (e,) number of faces at the edge: 1 on the boundary, 2 inside, more where the mesh is not manifold.
+    orientation_sums : (e,) number of faces that run along the edge from its lower to its higher vertex, less the number
+        of faces that run the other way; 0 where two faces are consistently oriented.
     """
 
     vertices: Ints
@@ -26,22 +29,22 @@ class Edges:
 
 
 def halfedges(faces: Ints) -> Ints:
-    """Directed edges, (m, 3, 2): ``[f, k]`` runs from corner k+1 to corner k+2, opposite corner k."""
+    """Return the directed edges, (m, 3, 2): ``[f, k]`` runs from corner k+1 to corner k+2, opposite corner k."""
     return np.stack([np.roll(faces, -1, axis=1), np.roll(faces, -2, axis=1)], axis=2)
 
 
 def unique_edges(faces: Ints) -> Edges:
-    """Edges of a triangle mesh by sorting its halfedges, in time proportional to their number."""
+    """Find the edges of a triangle mesh by a counting sort of its halfedges, in linear time."""
     from scipy.sparse import csr_array
 
     a, b, c = faces.T
     low, marked = np.empty_like(faces, order="C"), np.empty_like(faces, order="C")
     for k, (start, end) in enumerate(((b, c), (c, a), (a, b))):
         np.minimum(start, end, out=low[:, k])
-        # Twice the higher vertex, and one more where the halfedge runs upward.
+        # Twice the higher vertex, plus one if the halfedge starts at the lower vertex.
         marked[:, k] = 2 * np.maximum(start, end) + (start < end)
     order, marked, begins = _by_key(low.ravel(), marked.ravel())
-    # As the rows of a matrix: the few halfedges of each lower vertex are sorted by the higher one.
+    # The halfedges of each lower vertex are the entries of one row, sorted by the higher vertex.
     table = csr_array((order, marked, begins), shape=(len(begins) - 1, int(marked.max()) + 1))
     table.sort_indices()
     order, j = table.data, table.indices >> 1
@@ -60,15 +63,15 @@ def unique_edges(faces: Ints) -> Edges:
 
 
 def counting_order(keys: Ints) -> Ints:
-    """Stable ``argsort`` of whole numbers from 0 that are not much larger than there are keys, in linear time."""
+    """Return the stable ``argsort`` of nonnegative integers in time linear in their number and maximum."""
     return _by_key(keys, np.ones(len(keys), dtype=np.int8))[0]
 
 
 def _by_key(keys: Ints, values: Ints) -> tuple[Ints, Ints, Ints]:
-    """A counting sort: the places of the keys in order, the values, one a key, in that order, and where keys begin."""
+    """Sort values by keys; return the order, the sorted values, and the start of each key."""
     from scipy.sparse import csr_array
 
-    # Transposing a matrix with one entry a row sorts their columns.
+    # Transposing a matrix with one entry a row is a counting sort by column.
     size = len(keys)
     starts = np.arange(size + 1, dtype=np.int32 if size < 2**31 - 1 else np.int64)
     table = csr_array((values, keys, starts), shape=(size, int(keys.max(initial=-1)) + 1)).tocsc()
@@ -76,8 +79,7 @@ def _by_key(keys: Ints, values: Ints) -> tuple[Ints, Ints, Ints]:
 
 
 def edge_graph(edges: Ints, values: NDArray[Any], size: int) -> Any:
-    """Sparse matrix, (size, size), with the values, (e,), of edges (i, j) in rows i; several edges between two vertices
-    stay several entries."""
+    """Assemble a sparse matrix, (size, size), with one entry (i, j) per edge; parallel edges stay separate entries."""
     from scipy.sparse import csr_array
 
     i, j = edges.T
@@ -89,18 +91,24 @@ def edge_graph(edges: Ints, values: NDArray[Any], size: int) -> Any:
 
 
 def vertex_components(edges: Ints, size: int) -> Ints:
-    """Label of the edge-connected component of each vertex, (n,); an isolated vertex is one of its own."""
+    """Label the connected component of each vertex, (size,), in the order of their lowest vertices."""
+    return linked_components(edges[:, 0], edges[:, 1], size)
+
+
+def linked_components(one: Ints, other: Ints, size: int) -> Ints:
+    """Label the connected component of each of ``size`` nodes in the graph with the links (one[i], other[i])."""
+    from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 
-    links = edge_graph(edges, np.ones(len(edges)), size)
-    labels: Ints = connected_components(links, directed=False)[1]
+    graph = coo_array((np.ones(len(one), dtype=np.int8), (one, other)), shape=(size, size))
+    labels: Ints = connected_components(graph, directed=False)[1]
     return labels
 
 
 def boundary_loops(faces: Ints, edges: Edges) -> list[Ints]:
-    """Closed chains of boundary vertices, each from its lowest vertex on, in the direction of its faces there.
+    """Trace the closed chains of boundary vertices, each from its lowest vertex, in the direction of its faces.
 
-    Loops that touch in a vertex are cut apart there. Where faces disagree on orientation, a loop goes on against them.
+    Loops that touch at a vertex are separated there. At faces of opposite orientation a loop continues against them.
     """
     border = halfedges(faces)[edges.face_counts[edges.of_faces] == 1].tolist()
     onward: dict[int, list[int]] = {}
@@ -109,7 +117,6 @@ def boundary_loops(faces: Ints, edges: Edges) -> list[Ints]:
             onward.setdefault(edge[way], []).append(number)
     unused = [True] * len(border)
     loops = []
-    # A walk is sequential by nature; it visits boundary edges only.
     for first in sorted(onward):
         for start in onward[first]:
             if unused[start] and border[start][0] == first:
@@ -118,7 +125,7 @@ def boundary_loops(faces: Ints, edges: Edges) -> list[Ints]:
 
 
 def _walk(border: list[list[int]], onward: dict[int, list[int]], unused: list[bool], start: int) -> list[int]:
-    """Vertices from the start of that edge until the walk comes back or finds no unused edge."""
+    """Follow unused boundary edges from the edge ``start`` until the walk closes or ends; return its vertices."""
     first, here = border[start]
     unused[start] = False
     loop = [first]
@@ -128,56 +135,30 @@ def _walk(border: list[list[int]], onward: dict[int, list[int]], unused: list[bo
         if step is None:
             break
         unused[step] = False
-        ahead, behind = border[step]
-        here = behind if ahead == here else ahead
+        here = sum(border[step]) - here
     return loop
 
 
 def inner_pairs(edges: Edges) -> tuple[Ints, Ints, Ints]:
-    """The two sides 3f+k of each edge that has exactly two, (i,) each, and whether these run along it the same way."""
+    """Return the two halfedges 3f+k of each edge with exactly two faces, and whether both run in the same direction."""
     order = counting_order(edges.of_faces.ravel())
     inner = edges.face_counts == 2
     starts = (np.cumsum(edges.face_counts) - edges.face_counts)[inner]
     return order[starts], order[starts + 1], edges.orientation_sums[inner] != 0
 
 
-def side_labels(edges: Edges) -> tuple[Ints, Ints]:
-    """Labels, (m,) each, of faces as they are and of faces turned, equal where neighbors agree on what is up.
-
-    Where a face has the same label both ways its surface is one-sided. Only edges with exactly two faces constrain.
-    """
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
-    m = len(edges.of_faces)
-    one, other, against = inner_pairs(edges)
-    left, right = one // 3, other // 3
-    # Double cover: copy 0 keeps a face, copy 1 turns it; a face joined to its own turned copy is one-sided.
-    rows = np.concatenate([left, left + m])
-    columns = np.concatenate([np.where(against, right + m, right), np.where(against, right, right + m)])
-    links = coo_array((np.ones(len(rows), dtype=np.int8), (rows, columns)), shape=(2 * m, 2 * m))
-    labels = connected_components(links, directed=False)[1]
-    return labels[:m], labels[m:]
-
-
-def is_orientable(edges: Edges) -> bool:
-    """Whether faces can be turned so that neighbors agree, as far as edges with exactly two faces tell."""
-    kept, turned = side_labels(edges)
-    return bool(np.all(kept != turned))
-
-
 def duplicate_faces(edges: Edges) -> Ints:
-    """Faces with the vertices of an earlier one, in whatever order, and the first such, (k, 2), ascending."""
+    """Return faces with the vertices of an earlier face in any order, and the first such face, (k, 2), ascending."""
     a, b, c = edges.of_faces.T
     low, high = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
     if edges.face_counts.max(initial=0) <= 2:
-        # Copies share their lowest edge, which has these two faces only; mostly, there are none.
+        # Duplicates share their lowest edge, and that edge has no other face. Most meshes have none.
         last, every = np.empty(len(edges.vertices), dtype=low.dtype), np.arange(len(low), dtype=low.dtype)
         last[low] = every
         latest = last[low]
         if not ((high == high[latest]) & (latest != every)).any():
             return np.empty((0, 2), dtype=np.int64)
-    # Two edges make a triangle.
+    # Two of its edges determine a triangle.
     keys = low * np.int64(len(edges.vertices)) + high
     _, first, same = np.unique(keys, return_index=True, return_inverse=True)
     firsts = first[same.ravel()]
@@ -186,23 +167,19 @@ def duplicate_faces(edges: Edges) -> Ints:
 
 
 def pinched_vertices(faces: Ints, edges: Edges, n: int) -> Ints:
-    """Vertices, ascending, whose faces fall apart if only those belong together that share an edge there."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
+    """Return the vertices, ascending, whose faces form several fans: groups that share no edge at the vertex."""
     flat, of_halfedge = faces.ravel(), edges.of_faces.ravel()
     corners = np.arange(flat.size, dtype=np.int32).reshape(-1, 3)
-    # Corners at the lower and at the higher end of each halfedge, and halfedges of one edge, two and two.
+    # The corners at the start and end of each halfedge; consecutive halfedges of one edge are linked.
     ends = [np.roll(corners, -step, axis=1).ravel() for step in (1, 2)]
     upward = flat[ends[0]] < flat[ends[1]]
     order = counting_order(of_halfedge)
     meets = np.flatnonzero(np.diff(of_halfedge[order]) == 0)
-    rows, columns = (
-        np.concatenate([np.where(upward[side], end[side], other[side]) for end, other in (ends, ends[::-1])])
+    one, other = (
+        np.concatenate([np.where(upward[side], end[side], far[side]) for end, far in (ends, ends[::-1])])
         for side in (order[meets], order[meets + 1])
     )
-    links = coo_array((np.ones(len(rows), dtype=np.int8), (rows, columns)), shape=(flat.size, flat.size))
-    labels = connected_components(links, directed=False)[1]
+    labels = linked_components(one, other, flat.size)
     first = np.empty(labels.max(initial=-1) + 1, dtype=np.int64)
     first[labels] = flat
     return np.flatnonzero(np.bincount(first, minlength=n) > 1)

@@ -1,7 +1,8 @@
-"""The mesh that everything else takes: vertices and faces, frozen; what derives from them, computed once on demand."""
+"""Triangle meshes in space: vertices and faces, and the geometry and topology derived from them."""
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,23 +12,38 @@ from geomhw.errors import MeshError
 from geomhw.mesh import geometry, orientation_signs, tangent_frames, topology
 from geomhw.mesh.polyhedral import PolyhedralSurface
 
-#: Coordinates go up to this, and the mesh is no smaller than one over it.
+#: Largest absolute coordinate; its inverse is the smallest extent of a mesh.
 LARGEST = 1e30
-#: A sum of normals that is this much shorter than they are together is rounding.
+#: A vertex normal is zero if the sum of face normals is shorter than this share of the sum of their lengths.
 CANCELED = 1e-12
+#: meshio's names of cells that bound no face, which `TriangleMesh.from_meshio` skips.
+_BELOW_TRIANGLES = ("vertex", "line")
 
 
 @dataclass(frozen=True, eq=False)
 class TriangleMesh(PolyhedralSurface):
-    """A triangle mesh of n vertices and m faces, in the order in which they were given.
+    """A triangle mesh with n vertices and m faces, both in the given order.
 
-    vertices: (n, 3) coordinates, finite.
-    faces: (m, 3) vertex indices from 0, counterclockwise seen from outside; three different ones a face.
+    The arrays are copied and read-only. Derived arrays are computed on first use and kept. Vertices that belong to no
+    face stay in place; see ``unreferenced_vertices``.
 
-    Raises MeshError where that does not hold, and, once it is measured, for a mesh too large or too small to compute
-    with. Vertices that belong to no face are kept, and counted in ``unreferenced_vertices``. All arrays are read-only.
+    Parameters
+    ----------
+    vertices : (n, 3) array of finite coordinates, any unit of length.
+    faces : (m, 3) integer array
+        Vertex indices from 0, three different ones per face, counterclockwise seen from outside.
 
+    Raises
+    ------
+    MeshError
+        If an array has another shape or type, an index is out of range, a face repeats a vertex, or a coordinate is
+        not finite. On first use of the geometry, if a coordinate exceeds 1e30 or the mesh is smaller than 1e-30.
+
+    Examples
+    --------
     >>> mesh = TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
+    >>> mesh
+    TriangleMesh(3 vertices, 1 face)
     >>> mesh.face_areas
     array([0.5])
     """
@@ -42,31 +58,111 @@ class TriangleMesh(PolyhedralSurface):
         object.__setattr__(self, "vertices", frozen(points))
         object.__setattr__(self, "faces", frozen(corners.astype(np.int32, copy=False)))
 
-    # -- sizes ---------------------------------------------------------------------------------------------------
+    def __repr__(self) -> str:
+        return f"TriangleMesh({self.n_vertices} vertices, {self.n_faces} face{'s' * (self.n_faces != 1)})"
 
-    @property
-    def n_vertices(self) -> int:
-        """Number of vertices n."""
-        return len(self.vertices)
+    # -- conversion ----------------------------------------------------------------------------------------------------
 
-    # -- faces ---------------------------------------------------------------------------------------------------
+    @classmethod
+    def from_arrays(cls, vertices: ArrayLike, faces: ArrayLike) -> "TriangleMesh":
+        """Build a mesh from vertices, (n, 3), and faces, (m, 3); the same as ``TriangleMesh(vertices, faces)``."""
+        return cls(vertices, faces)
+
+    @classmethod
+    def from_pyvista(cls, polydata: Any) -> "TriangleMesh":
+        """Build a mesh from a pyvista PolyData.
+
+        Parameters
+        ----------
+        polydata : pyvista.PolyData
+            A surface whose cells are all triangles. Its data arrays are not read.
+
+        Returns
+        -------
+        TriangleMesh
+            The points and triangles in the same order. Single-precision points become double precision.
+
+        Raises
+        ------
+        MeshError
+            If the dataset is no PolyData or has cells other than triangles.
+
+        Examples
+        --------
+        >>> import pyvista
+        >>> TriangleMesh.from_pyvista(pyvista.Plane(i_resolution=2, j_resolution=1).triangulate())
+        TriangleMesh(6 vertices, 4 faces)
+        """
+        if not getattr(polydata, "is_all_triangles", False) or polydata.n_strips:
+            kind = type(polydata).__name__
+            raise MeshError(
+                f"the {kind} is no surface of triangles only; call extract_surface() and triangulate() on it"
+            )
+        return cls(polydata.points, polydata.regular_faces)
+
+    @classmethod
+    def from_meshio(cls, mesh: Any) -> "TriangleMesh":
+        """Build a mesh from the triangle cells of a meshio Mesh.
+
+        Parameters
+        ----------
+        mesh : meshio.Mesh
+            Blocks of type "triangle" are joined in their order. Blocks of type "vertex" and "line" are skipped. The
+            data arrays are not read.
+
+        Returns
+        -------
+        TriangleMesh
+            All points, with z = 0 if they have two coordinates, and the triangles.
+
+        Raises
+        ------
+        MeshError
+            If the mesh has cells of another type, such as quads or tetrahedra, or no triangles.
+
+        Examples
+        --------
+        >>> import meshio
+        >>> points = [[0, 0], [1, 0], [1, 1], [0, 1]]
+        >>> TriangleMesh.from_meshio(meshio.Mesh(points, [("line", [[0, 1]]), ("triangle", [[0, 1, 2], [0, 2, 3]])]))
+        TriangleMesh(4 vertices, 2 faces)
+        """
+        blocks = [block for block in mesh.cells if block.type not in _BELOW_TRIANGLES]
+        if others := sorted({block.type for block in blocks} - {"triangle"}):
+            raise MeshError(f"the mesh has cells of type {', '.join(others)}; convert it to triangles only")
+        points = np.asarray(mesh.points)
+        if points.ndim == 2 and points.shape[1] == 2:
+            points = np.pad(points, ((0, 0), (0, 1)))
+        return cls(points, np.concatenate([np.empty((0, 3), dtype=np.int64), *(block.data for block in blocks)]))
+
+    # -- faces ---------------------------------------------------------------------------------------------------------
 
     @cached_property
     def opposite_edges(self) -> Floats:
-        """Edge vectors, (m, 3, 3): ``[f, k]`` runs from corner k+1 to corner k+2 of face f."""
+        """Edge vectors, (m, 3, 3), in world axes: ``[f, k]`` runs from corner k+1 to corner k+2 of face f."""
         _check_size(self.vertices)
         return frozen(geometry.opposite_edges(self.vertices, self.faces))
 
     @cached_property
     def face_centers(self) -> Floats:
-        """Barycenters, (m, 3)."""
-        return frozen(geometry.face_centers(self.vertices, self.faces))
+        """Barycenters of the faces, (m, 3)."""
+        return frozen(self.vertices[self.faces].mean(axis=1))
 
-    # -- vertices ------------------------------------------------------------------------------------------------
+    @cached_property
+    def degenerate_faces(self) -> Ints:
+        """Faces of zero area up to the rounding of the coordinates, (k,), ascending."""
+        return frozen(geometry.degenerate_faces(self.vertices, self.faces, self.opposite_edges, 2 * self.face_areas))
+
+    # -- vertices ------------------------------------------------------------------------------------------------------
+
+    @property
+    def n_vertices(self) -> int:
+        """Number of vertices n, unreferenced ones included."""
+        return len(self.vertices)
 
     @cached_property
     def corner_signs(self) -> Ints:
-        """Sign of a face's normal at its corners, (m, 3), by `corner_signs`; 0 for a duplicate face."""
+        """Sign, ±1, of each face's normal at its corners that orients vertex normals, (m, 3); 0 for duplicate faces."""
         copies = self.duplicate_faces[:, 0]
         if self.is_oriented and not len(copies):
             return frozen(np.ones(self.faces.shape, dtype=np.int64))
@@ -78,10 +174,10 @@ class TriangleMesh(PolyhedralSurface):
 
     @cached_property
     def vertex_normals(self) -> Floats:
-        """Area-weighted unit normals, (n, 3); zero where the faces cancel or there are none.
+        """Area-weighted unit normals, (n, 3); zero where the face normals cancel and at unreferenced vertices.
 
-        Faces count as if turned to agree with their neighbors, and once if they are there twice. On a one-sided surface
-        they agree round each vertex, and those of two neighbors may be of two minds: see ``edge_signs``.
+        Face normals are oriented consistently and duplicate faces ignored. On a one-sided surface, normals of
+        neighboring vertices may disagree in orientation; see ``edge_signs``.
         """
         sums = geometry.vector_sum(self.area_vectors, self.faces, self.n_vertices, self.corner_signs)
         total = geometry.corner_sum(2 * self.face_areas, self.faces, self.n_vertices)
@@ -90,17 +186,17 @@ class TriangleMesh(PolyhedralSurface):
 
     @cached_property
     def tangent_frames(self) -> Floats:
-        """Right-handed orthonormal frame (e1, e2) of each vertex's tangent plane, (n, 2, 3).
+        """Right-handed orthonormal frames (e1, e2) of the tangent planes at vertices, (n, 2, 3), e1 x e2 = normal.
 
-        e1 points along the edge that starts the vertex's lowest-numbered face, projected to the plane.
+        e1 is the projected edge from the vertex to the next corner of its lowest-numbered face.
         """
         return frozen(tangent_frames.vertex_frames(self.vertices, self.faces, self.vertex_normals))
 
-    # -- edges and topology --------------------------------------------------------------------------------------
+    # -- edges and topology --------------------------------------------------------------------------------------------
 
     @cached_property
     def edge_table(self) -> topology.Edges:
-        """Edges with their incidence to faces, in lexicographic order."""
+        """Edges and their incidence to faces, in lexicographic order."""
         return topology.unique_edges(self.faces)
 
     @cached_property
@@ -111,69 +207,12 @@ class TriangleMesh(PolyhedralSurface):
 
     @cached_property
     def edge_signs(self) -> Ints:
-        """-1 for edges whose vertex normals lie on opposite sides of the surface, else 1, (e,); all 1 if it has two."""
+        """-1 for edges whose endpoint normals disagree in orientation, else 1, (e,); all 1 if orientable."""
         return frozen(orientation_signs.edge_signs(self.corner_signs, self.edge_table))
-
-    @cached_property
-    def boundary_loops(self) -> list[Ints]:
-        """Boundary loops as arrays of vertices, in the direction of their faces."""
-        return topology.boundary_loops(self.faces, self.edge_table)
-
-    @cached_property
-    def is_orientable(self) -> bool:
-        """Whether faces could be turned so that the mesh is oriented (a Möbius band is not)."""
-        return self.is_oriented or topology.is_orientable(self.edge_table)
-
-    @property
-    def genus(self) -> int | None:
-        """Sum of the genera of the components, (2c - b - χ)/2; None where that is no surface (or one-sided)."""
-        if not (self.is_edge_manifold and self.is_orientable):
-            return None
-        doubled = 2 * self.n_components - len(self.boundary_loops) - self.euler_characteristic
-        return doubled // 2 if doubled >= 0 and doubled % 2 == 0 else None
-
-    # -- checks --------------------------------------------------------------------------------------------------
-
-    @cached_property
-    def degenerate_faces(self) -> Ints:
-        """Faces without area, as far as the coordinates' rounding can tell, ascending."""
-        return frozen(geometry.degenerate_faces(self.vertices, self.faces, self.opposite_edges, 2 * self.face_areas))
-
-    @cached_property
-    def duplicate_faces(self) -> Ints:
-        """Faces with the vertices of an earlier one, in whatever order, and the first such, (k, 2), ascending."""
-        return frozen(topology.duplicate_faces(self.edge_table))
-
-    def require_oriented(self, purpose: str) -> None:
-        """MeshError unless faces agree on what is up; the purpose starts the sentence, which says where they do not."""
-        needs = f"{purpose} needs an oriented manifold"
-        self.require_manifold(needs)
-        if not self.is_orientable:
-            raise MeshError(
-                f"{needs}, but this surface is one-sided: no turning of faces makes them agree on what is up"
-            )
-        if not self.is_oriented:
-            bad = np.flatnonzero((self.edge_table.face_counts == 2) & (self.edge_table.orientation_sums != 0))
-            raise MeshError(f"{needs}, but the two faces at {self._edge_names(bad)} disagree on what is up; turn faces")
-
-    def require_manifold(self, needs: str) -> None:
-        """MeshError where an edge has more than two faces; the need starts the sentence."""
-        if self.is_edge_manifold:
-            return
-        counts = self.edge_table.face_counts
-        bad = np.flatnonzero(counts > 2)
-        copies = self.duplicate_faces
-        also = f"; face {copies[0, 0]} is a copy of face {copies[0, 1]}" if len(copies) else ""
-        raise MeshError(f"{needs}, but {counts[bad[0]]} faces meet at {self._edge_names(bad)}{also}")
-
-    def _edge_names(self, which: Ints) -> str:
-        """The first of those edges by its vertices, and how many there are."""
-        first = "-".join(map(str, self.edges[which[0]]))
-        return f"edge {first}" + (f" ({len(which)} such edges)" if len(which) > 1 else "")
 
 
 def _check(vertices: Floats, faces: Ints) -> None:
-    """MeshError unless the arrays describe triangles over finite points."""
+    """Raise MeshError unless the arrays describe triangles over finite points."""
     if vertices.ndim != 2 or vertices.shape[1] != 3:
         raise MeshError(f"vertices must be an (n, 3) array, not {vertices.shape}")
     if faces.size == 0:
@@ -194,7 +233,7 @@ def _check(vertices: Floats, faces: Ints) -> None:
 
 
 def _check_size(vertices: Floats) -> None:
-    """MeshError for a mesh whose squared areas, or places in single precision, would leave the range of numbers."""
+    """Raise MeshError if squared areas or single-precision coordinates would overflow or underflow."""
     low, high = (np.array([end(column) for column in vertices.T]) for end in (np.min, np.max))
     largest = max(-low.min(), high.max())
     if largest > LARGEST:

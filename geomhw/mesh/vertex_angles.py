@@ -1,4 +1,4 @@
-"""Corners in order round each vertex, and the rescaled angles at which edges leave it."""
+"""Rescaled angles of the edges around each vertex, in the tangent frames: the intrinsic connection."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,16 +10,16 @@ from geomhw.mesh.triangle_mesh import TriangleMesh
 
 
 def edge_directions(mesh: TriangleMesh) -> tuple[Floats, Floats]:
-    """Angle at which each edge leaves its lower and its higher vertex, twice (e,), radians, in ``tangent_frames``.
+    """Return the angle of each edge at its lower and at its higher vertex, (e,) each, radians, in ``tangent_frames``.
 
-    Angles round an inner vertex are stretched to sum to 2π [TVHM, sec. 5.2]; round a boundary vertex they stay as they
-    are, which lays a flat corner out as it is. The start is turned so that the angles agree best with the edges as
-    projected to the tangent plane. MeshError unless the mesh is an oriented manifold.
+    Angles around an inner vertex are scaled to sum to 2π [TVHM, sec. 5.2]. Angles at a boundary vertex are not scaled,
+    so a flat corner stays flat. The zero direction is rotated to fit the projected edges best in the least-squares
+    sense. Raises MeshError unless the mesh is an oriented manifold.
     """
     ahead, behind = _corner_angles(mesh)
     frames = mesh.tangent_frames[mesh.faces]
     corners = mesh.vertices[mesh.faces]
-    # Every corner knows the edge at its start; where a fan ends at the boundary, the last corner adds its far edge.
+    # Each corner contributes its first edge; the last corner of an open fan also its second.
     seen = np.exp(-1j * ahead) * _unit_complex(np.roll(corners, -1, axis=1) - corners, frames)
     end = np.exp(-1j * behind) * _unit_complex(np.roll(corners, -2, axis=1) - corners, frames)
     last = mesh.edge_table.face_counts[np.roll(mesh.edge_table.of_faces, -1, axis=1)] == 1
@@ -30,22 +30,22 @@ def edge_directions(mesh: TriangleMesh) -> tuple[Floats, Floats]:
 
 
 def _unit_complex(vectors: Floats, frames: Floats) -> NDArray[np.complex128]:
-    """Directions of vectors at corners, (m, 3), as unit complex numbers in the frames of their vertices."""
+    """Return the directions of vectors at corners, (m, 3), as unit complex numbers in the frames of the vertices."""
     z = np.einsum("fkx,fkx->fk", vectors, frames[:, :, 0]) + 1j * np.einsum("fkx,fkx->fk", vectors, frames[:, :, 1])
     return np.asarray(z / np.maximum(np.abs(z), np.finfo(float).tiny))
 
 
 def _corner_angles(mesh: TriangleMesh) -> tuple[Floats, Floats]:
-    """Stretched angle of the edge to the next, and to the previous, corner of its face, at each corner, (m, 3) each.
+    """Return the scaled angles at each corner of the edges to the next and the previous corner, (m, 3) each.
 
-    Zero along the edge where the vertex's fan starts.
+    Angle 0 is the edge at which the fan of the vertex starts.
     """
     table = mesh.edge_table
     if not (mesh.is_edge_manifold and mesh.is_oriented):
         raise MeshError("the intrinsic connection needs an oriented manifold; use the connection of normals")
     count, m = 3 * mesh.n_faces, mesh.n_faces
     corner = np.arange(count).reshape(m, 3)
-    # The edge from corner k to k+1 is opposite k+2. Before it, turning clockwise, comes the corner across that edge.
+    # The edge from corner k to k+1 is opposite k+2. The clockwise neighbor of a corner lies across that edge.
     leaving = np.roll(table.of_faces, -2, axis=1)
     arriving = np.roll(table.of_faces, -1, axis=1)
     owner = np.where(mesh.faces < np.roll(mesh.faces, -2, axis=1), 0, 1)
@@ -53,7 +53,7 @@ def _corner_angles(mesh: TriangleMesh) -> tuple[Floats, Floats]:
     by_arrival[arriving, owner] = corner
     side = np.where(mesh.faces < np.roll(mesh.faces, -1, axis=1), 0, 1)
     before = by_arrival[leaving, side].ravel()
-    # A fan starts at the boundary, or at the vertex's first corner.
+    # An open fan starts at the boundary, a closed one at the first corner of the vertex.
     flat = mesh.faces.ravel()
     first = np.full(mesh.n_vertices, -1)
     first[flat[::-1]] = np.arange(count)[::-1]
@@ -62,7 +62,7 @@ def _corner_angles(mesh: TriangleMesh) -> tuple[Floats, Floats]:
         raise MeshError(_PINCHED)
     first[flat[border]] = border
     before[first[first >= 0]] = -1
-    # Sums along the fans by pointer doubling: as many rounds as the largest valence has binary digits.
+    # Sums along the fans by pointer doubling: the number of rounds is logarithmic in the largest valence.
     start = np.where(before >= 0, mesh.angles.ravel()[before], 0.0)
     total = corner_sum(mesh.angles, mesh.faces, mesh.n_vertices)
     for _ in range(64):
@@ -83,7 +83,7 @@ _PINCHED = "the intrinsic connection needs a single fan of faces round each vert
 
 
 def _require_one_fan(flat: Ints, start: Floats, total: Floats, mesh: TriangleMesh) -> None:
-    """MeshError where the fan that starts at the first corner does not hold all corners of its vertex."""
+    """Raise MeshError if the fan from the first corner of a vertex does not contain all its corners."""
     furthest = np.zeros(mesh.n_vertices)
     np.maximum.at(furthest, flat, start + mesh.angles.ravel())
     if np.any(furthest < total * (1 - 1e-9)):
@@ -91,10 +91,10 @@ def _require_one_fan(flat: Ints, start: Floats, total: Floats, mesh: TriangleMes
 
 
 def _by_edge(mesh: TriangleMesh, ahead: Floats, behind: Floats) -> tuple[Floats, Floats]:
-    """Angles at corners gathered by edge: at the lower vertex, at the higher."""
+    """Gather angles at corners by edge: at the lower and at the higher vertex, (e,) each."""
     low, high = np.zeros(mesh.n_edges), np.zeros(mesh.n_edges)
     leaving, arriving = np.roll(mesh.edge_table.of_faces, -2, axis=1), np.roll(mesh.edge_table.of_faces, -1, axis=1)
-    # Where two faces know the same angle they differ by rounding or a full turn: the later one in the file wins.
+    # Two faces give the same angle up to rounding or a full turn; the value of the later face is kept.
     for edges, angles, other in ((arriving, behind, -2), (leaving, ahead, -1)):
         below = mesh.faces < np.roll(mesh.faces, other, axis=1)
         low[edges[below]] = angles[below]

@@ -1,4 +1,4 @@
-"""Pictures of results, as arrays of RGB pixels."""
+"""Pictures and film frames of results, as arrays of RGB pixels, drawn off screen."""
 
 import lazy_loader
 

@@ -1,4 +1,4 @@
-"""Titles, color bars, labels and markers, drawn with Pillow over the picture: sharp, on top, and never cut off."""
+"""Titles, color bars, arrow keys, markers and labels, drawn with Pillow over a picture."""
 
 from collections.abc import Sequence
 from functools import cache
@@ -17,7 +17,7 @@ Box = tuple[float, float, float, float]  # left, top, right, bottom
 
 @cache
 def font(size: int, bold: bool = False) -> Any:
-    """DejaVu Sans, which comes with matplotlib and knows mathematics."""
+    """Load DejaVu Sans, which matplotlib installs and which has mathematical symbols."""
     import matplotlib
     from PIL import ImageFont
 
@@ -26,7 +26,7 @@ def font(size: int, bold: bool = False) -> Any:
 
 
 def title(pen: Any, text: str, box: Box, size: int, theme: Theme) -> None:
-    """A text in the middle of a box; smaller if it would not fit."""
+    """Draw a text in the middle of a box, smaller if it does not fit."""
     while size > 8 and pen.textlength(text, font=font(size)) > box[2] - box[0]:
         size -= 1
     middle = ((box[0] + box[2]) / 2, (box[1] + box[3]) / 2)
@@ -34,7 +34,7 @@ def title(pen: Any, text: str, box: Box, size: int, theme: Theme) -> None:
 
 
 def color_bar(pen: Any, shades: Shades, label: str, box: Box, size: int, theme: Theme) -> None:
-    """A horizontal bar with a few round numbers below it; pointed where data go beyond its ends."""
+    """Draw a horizontal color bar with ticks; an end is pointed if data lie beyond it."""
     left, top, right, _ = (round(side) for side in box)
     height = round(0.85 * size)
     table = shades.table[:, :3]
@@ -68,7 +68,7 @@ def color_bar(pen: Any, shades: Shades, label: str, box: Box, size: int, theme: 
 
 
 def arrow_key(pen: Any, length: float, text: str, box: Box, size: int, theme: Theme) -> None:
-    """An arrow of a known length and what it stands for, in the middle of a box."""
+    """Draw an arrow of the given length and the magnitude it represents, in the middle of a box."""
     width = length + 0.5 * size + pen.textlength(text, font=font(size))
     x, y = (box[0] + box[2] - width) / 2, (box[1] + box[3]) / 2
     head = 0.35 * size
@@ -80,7 +80,7 @@ def arrow_key(pen: Any, length: float, text: str, box: Box, size: int, theme: Th
 
 
 def disc(pen: Any, place: Floats, radius: float, color: str, hidden: bool) -> None:
-    """A marker with a bright rim; a ring where the marked point is behind the surface."""
+    """Draw a disc with a bright rim; a ring if the marked point is hidden by the surface."""
     x, y = place.tolist()
 
     def ellipse(r: float, **look: Any) -> None:
@@ -95,7 +95,7 @@ def disc(pen: Any, place: Floats, radius: float, color: str, hidden: bool) -> No
 
 
 def labels(sheet: Any, texts: Sequence[tuple[str, str, Floats]], box: Box, size: int, theme: Theme) -> None:
-    """Texts, each with its color, next to their places: inside the box, clear of each other, off the mesh."""
+    """Draw texts, each with its color, next to their places: inside the box, apart from each other and off the mesh."""
     from PIL import ImageDraw
 
     pen = ImageDraw.Draw(sheet)
@@ -127,14 +127,14 @@ def labels(sheet: Any, texts: Sequence[tuple[str, str, Floats]], box: Box, size:
 
 
 def _filled(ink: NDArray[np.bool_], spot: Box) -> float:
-    """Fraction of a box that is drawn on."""
+    """Return the fraction of a box that is not background."""
     left, top, right, bottom = (max(0, round(side)) for side in spot)
     part = ink[top:bottom, left:right]
     return float(part.mean()) if part.size else 0.0
 
 
 def _spots(place: Floats, width: float, height: float, gap: float) -> list[Box]:
-    """Boxes round a place, the best first: right, left, above, below."""
+    """Return candidate boxes around a place, the best first: right, left, above, below, diagonal."""
     x, y = place.tolist()
     corners = [
         (x + gap, y - height / 2),
@@ -150,10 +150,12 @@ def _spots(place: Floats, width: float, height: float, gap: float) -> list[Box]:
 
 
 def _inside(spot: Box, box: Box) -> Box:
+    """Shift a box to lie inside another."""
     right = min(0.0, box[2] - spot[2]) + max(0.0, box[0] - spot[0])
     down = min(0.0, box[3] - spot[3]) + max(0.0, box[1] - spot[1])
     return (spot[0] + right, spot[1] + down, spot[2] + right, spot[3] + down)
 
 
 def _overlap(a: Box, b: Box) -> float:
+    """Return the area of the intersection of two boxes."""
     return max(0.0, min(a[2], b[2]) - max(a[0], b[0])) * max(0.0, min(a[3], b[3]) - max(a[1], b[1]))

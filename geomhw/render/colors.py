@@ -1,4 +1,4 @@
-"""From numbers to colors: limits, logarithms, color maps, and the ticks of a color bar."""
+"""Color mapping: limits, logarithms, color maps, ticks and number formats of a color bar."""
 
 from dataclasses import dataclass
 from typing import Any, Literal
@@ -16,11 +16,10 @@ Table = NDArray[np.uint8]
 
 @dataclass(frozen=True)
 class Shades:
-    """A surface's values made ready to draw.
+    """Colors of a surface, ready to draw.
 
-    values: 0..1 along the color map, or uint8 RGB rows; known: which of them are numbers at all.
-    limits: the (transformed) values at the ends of the map; clipped: whether data lie below and above them.
-    levels: isolines, 0..1.
+    values: 0 to 1 along the color map, or uint8 RGB rows. known: mask of the finite values. limits: values, or their
+    logarithms, at the ends of the map. clipped: whether data lie below and above the limits. levels: isolines, 0 to 1.
     """
 
     values: NDArray[Any]
@@ -34,23 +33,23 @@ class Shades:
 
     @property
     def rgb(self) -> bool:
-        """Whether the values are colors."""
+        """Whether the values are RGB colors."""
         return self.values.ndim == 2
 
     @property
     def per_face(self) -> bool:
-        """Whether there is one value a face."""
+        """Whether there is one value per face."""
         return self.location == "face"
 
 
 def shade(surface: Surface, mesh: TriangleMesh) -> Shades | None:
-    """The colors of a surface; None if it has no values."""
+    """Map the values of a surface to colors; None if it has no values."""
     if surface.values is None:
         return None
     values = np.asarray(surface.values)
     rows = mesh.n_faces if surface.location == "face" else mesh.n_vertices
     if len(values) != rows or values.ndim > 2 or (values.ndim == 2 and values.shape[1] != 3):
-        raise FieldError(f"colors of shape {values.shape} do not fit {rows} rows, one a {surface.location}")
+        raise FieldError(f"colors of shape {values.shape} do not fit {rows} rows, one per {surface.location}")
     if surface.isolines and (surface.location != "vertex" or values.ndim > 1):
         raise FieldError("isolines need one number per vertex")
     table = color_table(surface.colormap, surface.span)
@@ -72,7 +71,7 @@ def shade(surface: Surface, mesh: TriangleMesh) -> Shades | None:
 
 
 def color_table(name: str, span: tuple[float, float] = (0.0, 1.0), colors: int = 256) -> Table:
-    """RGBA rows of a matplotlib color map, (colors, 4) uint8."""
+    """Return the RGBA rows of a matplotlib color map, (colors, 4) uint8."""
     import matplotlib
 
     table: Table = matplotlib.colormaps[name](np.linspace(*span, colors), bytes=True)
@@ -80,7 +79,7 @@ def color_table(name: str, span: tuple[float, float] = (0.0, 1.0), colors: int =
 
 
 def _logarithm(values: Floats, known: NDArray[np.bool_], decades: float) -> tuple[Floats, bool]:
-    """log10, and whether some were raised to the floor: ``decades`` below the largest, or the smallest above zero."""
+    """Return log10, raised to at least ``decades`` below the largest, and whether any value was raised."""
     positive = known & (values > 0)
     logs = np.full(values.shape, np.inf)
     np.log10(values, out=logs, where=positive)
@@ -91,6 +90,7 @@ def _logarithm(values: Floats, known: NDArray[np.bool_], decades: float) -> tupl
 
 
 def _limits(values: Floats, surface: Surface) -> tuple[float, float]:
+    """Return the values at the ends of the color map."""
     if surface.limits is not None:
         low, high = surface.limits
     elif not len(values):
@@ -102,14 +102,14 @@ def _limits(values: Floats, surface: Surface) -> tuple[float, float]:
         low, high = np.quantile(values, [surface.outliers, 1 - surface.outliers]).tolist()
     if high - low > 1e-12 * max(abs(low), abs(high)):  # more than rounding
         return low, high
-    pad = abs(low) or 1.0  # a constant: any limits round it will do
+    pad = abs(low) or 1.0  # the limits of a constant are arbitrary
     return low - pad / 2, high + pad / 2
 
 
 def ticks(low: float, high: float, most: int = 5, whole: bool = False) -> Floats:
-    """At most ``most`` round numbers in [low, high], evenly spaced by 1, 2, 2.5 or 5 times a power of ten.
+    """Return at most ``most`` round numbers in [low, high], spaced by 1, 2, 2.5 or 5 times a power of ten.
 
-    whole: none but whole numbers, of which a short interval may hold none.
+    whole: integers only; a short interval may contain none.
     """
     span = high - low
     power = 10.0 ** np.floor(np.log10(span / most))
@@ -125,7 +125,7 @@ def ticks(low: float, high: float, most: int = 5, whole: bool = False) -> Floats
 
 
 def tick_labels(values: Floats) -> tuple[list[str], str]:
-    """Short texts for round numbers, and the power of ten to be written once, such as "×10⁻⁶"."""
+    """Return short texts for round numbers and their common power of ten, such as "×10⁻⁶"."""
     largest = np.abs(values).max(initial=0.0)
     power = int(np.floor(np.log10(largest))) if largest > 0 else 0
     if -3 <= power < 5:
@@ -135,7 +135,7 @@ def tick_labels(values: Floats) -> tuple[list[str], str]:
 
 
 def plain_number(value: float, digits: int) -> str:
-    """A number to so many digits, without a power of ten while it is between a thousandth and a million.
+    """Format a number with the given significant digits; a power of ten below 0.001 and from 1,000,000.
 
     >>> plain_number(4264.87, 4), plain_number(1000.0, 3), plain_number(2e-5, 3)
     ('4265', '1000', '2×10⁻⁵')
@@ -148,5 +148,5 @@ def plain_number(value: float, digits: int) -> str:
 
 
 def superscript(number: int) -> str:
-    """An integer in raised digits."""
+    """Format an integer in superscript digits."""
     return str(number).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))

@@ -1,4 +1,4 @@
-"""Points and normals for smooth shading that stays sharp along creases. Plain numpy."""
+"""Vertex normals for smooth shading with sharp creases."""
 
 from dataclasses import dataclass
 
@@ -10,16 +10,16 @@ from geomhw.mesh.geometry import corner_sum, lengths, rows, unit, vector_sum
 from geomhw.mesh.topology import inner_pairs
 from geomhw.mesh.triangle_mesh import TriangleMesh
 
-#: Faces that meet at a larger angle are shaded as an edge, degrees.
+#: Dihedral angle, in degrees, above which an edge is a crease.
 CREASE = 55.0
 
 
 @dataclass(frozen=True)
 class Shell:
-    """A mesh with its vertices doubled along creases.
+    """A mesh with duplicated vertices along creases.
 
-    origin: the vertex that each point is a copy of, (p,); faces: (m, 3), of points, in the mesh's order.
-    normals: (p, 3), unit. Vertices without a face have no point.
+    origin: (p,), the vertex that each point copies. faces: (m, 3) point indices, in the order of the mesh. normals:
+    (p, 3), unit. Unreferenced vertices have no point.
     """
 
     origin: Ints
@@ -28,7 +28,7 @@ class Shell:
 
 
 def shell(mesh: TriangleMesh, crease: float = CREASE) -> Shell:
-    """Corners at a vertex become one point where one can walk between their faces without crossing a crease."""
+    """Split vertices along creases: corners at a vertex share a point if a path without a crease joins their faces."""
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 
@@ -39,7 +39,7 @@ def shell(mesh: TriangleMesh, crease: float = CREASE) -> Shell:
     place = np.empty(mesh.n_vertices, dtype=np.int64)
     place[plain] = np.arange(len(plain))
     point = place[flat]
-    # Corners at the other vertices, and the links between these.
+    # Corners at vertices on creases, and the links between them.
     corners = np.flatnonzero(folded[flat])
     number = np.empty(flat.size, dtype=np.int64)
     number[corners] = np.arange(len(corners))
@@ -55,20 +55,18 @@ def shell(mesh: TriangleMesh, crease: float = CREASE) -> Shell:
 
 
 def _smooth_links(mesh: TriangleMesh, cosine: float) -> tuple[Ints, Ints, Ints]:
-    """Pairs of corners (3f + k) at the same vertex, on either side of an inner edge that is no crease, and one side of
-    each of these edges."""
+    """Return pairs of corners 3f+k at the same vertex across inner edges without a crease, and a halfedge per edge."""
     one, other, against = inner_pairs(mesh.edge_table)
     normals = [rows(mesh.face_normals, side // 3) for side in (one, other)]
     smooth = np.einsum("ex,ex->e", *normals) > cosine
     one, other, against = one[smooth], other[smooth], against[smooth]
-    # Both sides run along the edge in opposite directions, as in oriented meshes; else both run the same way.
+    # The two halfedges run in opposite directions if the faces are consistently oriented, else in the same.
     partners = [np.where(against, _next(other, step), _next(other, 3 - step)) for step in (1, 2)]
     return np.concatenate([_next(one, 1), _next(one, 2)]), np.concatenate(partners), one
 
 
 def _folded(mesh: TriangleMesh, smooth: Ints, cosine: float) -> NDArray[np.bool_]:
-    """Vertices, (n,), at the end of an edge that is not one of those sides, or where normals cancel: there, corners may
-    be several points."""
+    """Return the mask, (n,), of vertices that may need several points: on a crease, or with canceling normals."""
     folds = np.ones(mesh.n_edges, dtype=bool)
     folds[mesh.edge_table.of_faces.ravel()[smooth]] = False
     folded = np.zeros(mesh.n_vertices, dtype=bool)
@@ -79,5 +77,5 @@ def _folded(mesh: TriangleMesh, smooth: Ints, cosine: float) -> NDArray[np.bool_
 
 
 def _next(corner: Ints, steps: int) -> Ints:
-    """The corner so many steps further round its face."""
+    """Return the corner that many steps further around its face."""
     return np.asarray(corner // 3 * 3 + (corner + steps) % 3)

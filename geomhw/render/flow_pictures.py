@@ -1,4 +1,4 @@
-"""Films of flows: one view, one window, and limits that hold from the first frame to the last."""
+"""Films of flows, with the same view, color limits and arrow scale in all frames, and contact sheets."""
 
 from collections.abc import Iterator, Sequence
 from typing import Any
@@ -16,30 +16,50 @@ from geomhw.results import Cloud, Result
 ARROW_COLOR = "#14171c"
 #: Spacing of arrows as a fraction of the panel.
 SPACING = 0.05
-#: The share of the speeds, in each frame, that are drawn no longer than the spacing.
+#: Quantile of the speeds in a frame that is drawn as long as the spacing.
 TYPICAL_SPEED = 0.95
-#: How far a typical speed takes a streak, as a share of √area; tracers remember more than that.
+#: Length of a streak at typical speed, as a fraction of √area; tracers store longer paths.
 STREAK = 0.1
-#: So many of the fastest faces are, if possible, in view.
+#: Number of fastest faces that the view shows if possible.
 WATCHED = 20
-#: Share of the largest vorticities that may lie beyond the ends of the color map.
+#: Fraction of the vorticities beyond the ends of the color map.
 OUTLIERS = 0.005
-#: Vorticity below this share of a typical speed over an edge is rounding, and drawn as none.
+#: Vorticity below this multiple of typical speed over edge length is rounding, and drawn as zero.
 ROUNDING = 1e-9
 
 
 def flow_film(
     results: Sequence[Result], clouds: Sequence[Cloud] = (), theme: Theme = LIGHT, width: int = PANEL_WIDTH
 ) -> Iterator[Image]:
-    """A picture a frame: the color with the velocity as arrows and, where there is one, the vorticity.
+    """Draw the frames of a film: the color with the velocity as arrows, and the vorticity if the results have it.
 
-    clouds: the tracers of each frame, which are drawn instead of arrows: as streaks of the last of the time, as much of
-    it in all frames. All pictures have one size and view, and the limits and scale of the whole film.
+    Parameters
+    ----------
+    results : sequence of Result
+        One per frame, with the fields ``color``, ``velocity``, ``time`` and perhaps ``vorticity``.
+    clouds : sequence of Cloud
+        Tracers of each frame; drawn as streaks of equal duration instead of arrows.
+    theme, width
+        As in `geodesic_picture`.
+
+    Yields
+    ------
+    (height, width, 3) array, uint8
+        All of one size, with the view, color limits and scale of the whole film.
+
+    Raises
+    ------
+    RenderError
+        If there is no OpenGL on this machine.
+
+    Examples
+    --------
+    >>> frames = list(flow_film(results))  # doctest: +SKIP
     """
     mesh = results[0].mesh
     colors = _limits([np.asarray(result["color"]) for result in results])
     speeds = np.stack([np.linalg.norm(np.asarray(result["velocity"]), axis=1) for result in results])
-    speed = float(np.quantile(speeds, TYPICAL_SPEED, axis=1).max())  # of the fastest frame: a flow may fade, or grow
+    speed = float(np.quantile(speeds, TYPICAL_SPEED, axis=1).max())  # of the fastest frame
     with_vorticity = any(field.name == "vorticity" for field in results[0].fields)
     swirl = max((_swirl(result) for result in results), default=0.0) if with_vorticity else 0.0
     swirl = max(swirl, ROUNDING * speed / mesh.mean_edge_length) if swirl else 0.0
@@ -56,7 +76,23 @@ def flow_film(
 
 
 def contact_sheet(pictures: Sequence[Image], columns: int | None = None) -> Image:
-    """Pictures of one size in rows, from left to right and down; half their size where there are many."""
+    """Arrange pictures of one size in rows; more than two are scaled down by half.
+
+    Parameters
+    ----------
+    pictures : sequence of (h, w, 3) arrays, uint8
+    columns : int, optional
+        Number of pictures in a row; by default the sheet is about square.
+
+    Returns
+    -------
+    (height, width, 3) array, uint8
+
+    Examples
+    --------
+    >>> contact_sheet([np.zeros((20, 40, 3), dtype=np.uint8)] * 6, columns=3).shape
+    (20, 60, 3)
+    """
     count = len(pictures)
     columns = columns or int(np.ceil(np.sqrt(count * pictures[0].shape[0] / pictures[0].shape[1])))
     rows = -(-count // columns)
@@ -72,24 +108,25 @@ def contact_sheet(pictures: Sequence[Image], columns: int | None = None) -> Imag
 
 
 def _fastest(speeds: Floats) -> Ints:
-    """The faces to be watched, (k,); of those equally fast, the first: a view must not turn with their rounding."""
+    """Return the fastest faces, (k,); rounded speeds keep the order of equal ones independent of rounding errors."""
     shares = np.round(speeds / (speeds.max() or 1.0), 6)
     return np.argsort(-shares, kind="stable")[:WATCHED]
 
 
 def _arrows(result: Result, speed: float) -> list[Arrows]:
+    """Return the velocity as arrows."""
     return [Arrows(np.asarray(result["velocity"]), "face", ARROW_COLOR, scale=speed, spacing=SPACING)]
 
 
 def _streaks(mesh: TriangleMesh, cloud: Cloud, duration: float) -> list[Streaks]:
-    """Where the tracers were from so long ago on, as far back as they remember."""
+    """Return the paths of tracers over the last ``duration``, as far as they are stored."""
     now = float(np.asarray(cloud["time"]).ravel()[0])
     times = np.append(np.asarray(cloud["past_times"]).ravel(), now)
     past = np.asarray(cloud["past"], dtype=float).reshape(len(cloud.points), -1, 3).transpose(1, 0, 2)
     places = np.concatenate([cloud.points + past, cloud.points[None]])
     start = now - duration
     kept = int(np.searchsorted(times, start, side="right"))
-    if kept:  # the place at the very start lies between two
+    if kept:  # the start lies between two stored positions
         share = (start - times[kept - 1]) / (times[kept] - times[kept - 1])
         between = (1 - share) * places[kept - 1] + share * places[kept]
         places = np.concatenate([between[None], places[kept:]])
@@ -97,6 +134,7 @@ def _streaks(mesh: TriangleMesh, cloud: Cloud, duration: float) -> list[Streaks]
 
 
 def _panels(result: Result, colors: tuple[float, float] | None, swirl: float, layers: dict[str, Any]) -> list[Panel]:
+    """Return the panels of a frame: the color with layers, and the vorticity."""
     values = np.asarray(result["color"])
     time = float(np.asarray(result["time"]).ravel()[0])
     surface = Surface(values) if values.ndim == 2 else Surface(values, colormap="viridis", limits=colors)
@@ -108,14 +146,12 @@ def _panels(result: Result, colors: tuple[float, float] | None, swirl: float, la
 
 
 def _swirl(result: Result) -> float:
+    """Return the largest vorticity without outliers."""
     return float(np.quantile(np.abs(np.asarray(result["vorticity"])), 1 - OUTLIERS))
 
 
 def _limits(colors: Sequence[Floats]) -> tuple[float, float] | None:
-    """Least and largest at the start, for what is carried along has no other values; None for RGB.
-
-    Of a constant, those of all frames.
-    """
+    """Return the range of the first frame, which bounds advected values; of all if it is constant; None for RGB."""
     if colors[0].ndim == 2:
         return None
     low, high = float(colors[0].min()), float(colors[0].max())

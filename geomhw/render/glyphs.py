@@ -1,11 +1,11 @@
-"""Arrows, comets and isolines as triangles and segments. Plain numpy; all in the coordinates they are given in."""
+"""Arrows, comets and isolines as triangles and segments, and even thinning of points."""
 
 import numpy as np
 
 from geomhw.arrays import Floats, Ints
 from geomhw.mesh.geometry import unit
 
-#: An arrow along +x of length one round the origin: shaft and head, (corners, 2), and its triangles.
+#: Outline of an arrow along +x of length 1, centered at the origin: shaft and head, (corners, 2).
 _SHAFT, _HEAD, _NOTCH = 0.05, 0.21, 0.06
 _OUTLINE = np.array(
     [
@@ -19,13 +19,13 @@ _OUTLINE = np.array(
         [_NOTCH, 0.0],
     ]
 )
-#: Corners of a comet's head.
+#: Number of corners of the head of a comet.
 _ROUND = 12
 _TRIANGLES = np.array([[0, 1, 2], [0, 2, 3], [4, 5, 7], [7, 5, 6]])
 
 
 def arrow_triangles(centers: Floats, vectors: Floats, normals: Floats) -> tuple[Floats, Ints]:
-    """Flat arrows lying across the normals, as long as their vectors: points and triangles."""
+    """Return points and triangles of flat arrows with the given vectors, perpendicular to the normals."""
     across = unit(np.cross(normals, vectors)) * np.linalg.norm(vectors, axis=1, keepdims=True)
     points = centers[:, None] + _OUTLINE[:, :1] * vectors[:, None] + _OUTLINE[:, 1:] * across[:, None]
     triangles = len(_OUTLINE) * np.arange(len(centers))[:, None, None] + _TRIANGLES
@@ -33,9 +33,10 @@ def arrow_triangles(centers: Floats, vectors: Floats, normals: Floats) -> tuple[
 
 
 def comets(paths: Floats, radii: Floats) -> tuple[Floats, Ints, Floats]:
-    """Discs of these radii, (k,), at the ends of paths, (p, k, 3), with tails along them, flat to a viewer along z.
+    """Return points, triangles and opacity of comets in planes of constant z.
 
-    Points, triangles, and the density of each point: tails grow from nothing to full width and density.
+    Each comet has a disc of the given radius, (k,), at the end of its path, (p, k, 3), and a tail along the path. Width
+    and opacity of the tail grow linearly with arc length from zero.
     """
     p, k = paths.shape[:2]
     share = _share_of_length(paths[..., :2])
@@ -56,23 +57,20 @@ def comets(paths: Floats, radii: Floats) -> tuple[Floats, Ints, Floats]:
 
 
 def _share_of_length(paths: Floats) -> Floats:
-    """How much of its path lies behind each place, 0..1, (p, k); zero on a path without length."""
+    """Return the arc length of paths up to each point, (p, k), as a fraction; zero on a path of length zero."""
     run = np.zeros(paths.shape[:2])
     np.cumsum(np.linalg.norm(np.diff(paths, axis=0), axis=2), axis=0, out=run[1:])
     return np.divide(run, run[-1], out=np.zeros_like(run), where=run[-1] > 0)
 
 
 def _across(paths: Floats) -> Floats:
-    """Unit vectors to the left of flat paths, (p, k, 3) from (p, k, 2)."""
+    """Return unit vectors to the left of plane paths, (p, k, 3) from (p, k, 2)."""
     ahead = unit(np.gradient(paths, axis=0)) if len(paths) > 1 else np.zeros_like(paths)
     return np.stack([-ahead[..., 1], ahead[..., 0], np.zeros(paths.shape[:2])], axis=2)
 
 
 def spread(points: Floats, distance: float) -> Ints:
-    """Indices of points at least ``distance`` apart that leave no larger gaps, ascending.
-
-    Rounds of "the first among its neighbors stays, they go", in a fixed shuffled order.
-    """
+    """Select points at least ``distance`` apart, as many as possible in a fixed random order; ascending indices."""
     from scipy.spatial import cKDTree
 
     chosen = _one_per_cell(points, distance / 3)
@@ -93,30 +91,30 @@ def spread(points: Floats, distance: float) -> Ints:
 
 
 def _one_per_cell(points: Floats, size: float) -> Ints:
-    """The lowest point in each cell of a lattice, so that dense meshes cost no more than coarse ones."""
+    """Return the first point in each cell of a lattice, so that the cost does not depend on the density of the mesh."""
     cells = np.floor((points - points.min(axis=0)) / size).astype(np.int64)
     sides = cells.max(axis=0) + 1
-    if np.prod(sides.astype(float)) < 2.0**62:  # as in pictures; one number a cell, in the order of its place
+    if np.prod(sides.astype(float)) < 2.0**62:  # one number per cell
         cells = (cells[:, 0] * sides[1] + cells[:, 1]) * sides[2] + cells[:, 2]
     _, first = np.unique(cells, axis=0, return_index=True)
     return first
 
 
 def middles(points: Floats, faces: Ints) -> Floats:
-    """The mean of the corners of each face, (m, 3)."""
+    """Return the barycenters of faces, (m, 3)."""
     a, b, c = (points[faces[:, k]] for k in range(3))
     return np.asarray((a + b + c) / 3)
 
 
 def isoline_segments(points: Floats, faces: Ints, values: Floats, levels: Floats) -> Floats:
-    """Line segments on which the linear interpolant takes one of the levels, (s, 2, 3)."""
+    """Return the line segments, (s, 2, 3), where the linear interpolant equals one of the levels."""
     corner = values[faces]
     segments = []
     for level in levels:  # about twenty
         above = corner >= level
         count = above[:, 0].astype(np.int8) + above[:, 1] + above[:, 2]
         crossed = np.flatnonzero((count == 1) | (count == 2))
-        # The corner that is alone on its side: two segments ends lie on its two edges.
+        # The ends of the segment lie on the two edges of the corner that is alone on its side.
         odd = np.where(count[crossed] == 1, above[crossed].argmax(axis=1), (~above[crossed]).argmax(axis=1))
         tip = faces[crossed, odd]
         ends = []

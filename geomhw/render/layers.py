@@ -1,4 +1,4 @@
-"""What a picture is made of, in words: panels with a colored surface, arrows and markers. Plain data."""
+"""Description of a picture as data: panels with a colored surface, arrows, streaks, curves and markers."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -14,16 +14,16 @@ Color = str  # "#rrggbb"
 
 @dataclass(frozen=True)
 class Surface:
-    """The mesh, colored.
+    """The colored mesh.
 
-    values: one number per vertex or face, or three (RGB, 0..1 or uint8); None paints all in ``color``.
-        Where a number is not finite, the surface is gray.
-    colormap: a name known to matplotlib; ``span`` is the part of it to use.
-    limits: the values at the ends of the color map; None takes those of the data, without the ``outliers`` (a
-        fraction) at each end. ``symmetric`` puts zero in the middle.
-    log: color by the logarithm, at most ``decades`` below the largest value.
-    isolines: how many evenly spaced lines of equal value to draw.
-    label: what the numbers are, written next to the color bar; ``bar`` turns that off.
+    values: one number per vertex or face, or RGB (0 to 1, or uint8); None: ``color`` everywhere. The surface is gray
+        where a value is not finite.
+    colormap: a matplotlib name; ``span`` is the part of it to use.
+    limits: values at the ends of the color map; None: the range of the data without the fraction ``outliers`` at each
+        end. ``symmetric``: zero is in the middle.
+    log: logarithmic colors, down to ``decades`` below the largest value.
+    isolines: number of evenly spaced isolines.
+    label: text next to the color bar; ``bar``: whether to draw the color bar.
     """
 
     values: ArrayLike | None = None
@@ -45,10 +45,9 @@ class Surface:
 class Arrows:
     """Arrows on the surface, thinned to an even spacing.
 
-    vectors: (m, 3) or (n, 3). scale: the magnitude drawn as long as the spacing; None draws directions only, all
-        of one length.
-    spacing: distance between arrows as a fraction of the panel's shorter side.
-    points: where the middle of each arrow is, (m, 3) or (n, 3), by default the face centers or the vertices.
+    vectors: (m, 3) or (n, 3). scale: magnitude of an arrow as long as the spacing; None: all arrows of one length.
+    spacing: distance between arrows, a fraction of the shorter side of the panel.
+    points: centers of the arrows, (m, 3) or (n, 3); by default the face centers or the vertices.
     """
 
     vectors: Floats
@@ -61,11 +60,11 @@ class Arrows:
 
 @dataclass(frozen=True)
 class Streaks:
-    """Particles as comets: a head where each is, and a tail that thins and fades along the way it came.
+    """Particles as comets: a head at the position of each, and a fading tail along its past path.
 
-    paths: (p, k, 3), of k particles, the latest place last. normals: (k, 3), unit, of the surface at the heads.
-    width: of a head, a fraction of the panel's shorter side; less where the surface is seen from its edge.
-    casing: the color of the line round them, which sets them off from whatever is below.
+    paths: (p, k, 3) of k particles, the latest position last. normals: (k, 3), unit, of the surface at the heads.
+    width: of a head, a fraction of the shorter side of the panel; smaller where the surface is seen at a grazing angle.
+    casing: color of the outline.
     """
 
     paths: Floats
@@ -77,7 +76,7 @@ class Streaks:
 
 @dataclass(frozen=True)
 class Curves:
-    """Segments on the surface, (s, 2, 3), drawn ``width`` pixels wide; what is behind the surface is not seen."""
+    """Segments on the surface, (s, 2, 3), ``width`` pixels wide, hidden behind the surface."""
 
     segments: Floats
     color: Color = "#d62728"
@@ -86,9 +85,9 @@ class Curves:
 
 @dataclass(frozen=True)
 class Marker:
-    """A vertex marked by a disc, a ring where it is behind the surface, and a label that is always on top.
+    """A vertex marked by a disc, or by a ring if the surface hides it, with a label on top.
 
-    point: (3,), in a face of that vertex, marked in its place.
+    point: (3,), a point in a face of the vertex, marked instead of the vertex.
     """
 
     vertex: int
@@ -97,14 +96,16 @@ class Marker:
     point: Floats | None = None
 
     def position(self, vertices: Floats) -> Floats:
-        """Where it is, (3,), on a mesh with these vertices."""
+        """Return the marked position, (3,), on a mesh with these vertices."""
         return np.asarray(vertices[self.vertex] if self.point is None else self.point)
 
 
 @dataclass(frozen=True)
 class Panel:
-    """One picture of the mesh: a title, a surface and what lies on it; ``note`` is a line under the color bar
-    (without one, arrows drawn to scale put their key there)."""
+    """One picture of the mesh: a title, the surface and the layers on it.
+
+    note: a line below the color bar; by default the key of arrows drawn to scale.
+    """
 
     title: str = ""
     surface: Surface = field(default_factory=Surface)
@@ -117,7 +118,7 @@ class Panel:
 
 @dataclass(frozen=True)
 class Theme:
-    """Colors of paper and ink."""
+    """Colors of background, text and lines."""
 
     background: Color = "#ffffff"
     ink: Color = "#1b1f24"

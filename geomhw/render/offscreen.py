@@ -1,7 +1,7 @@
-"""Finding out, before VTK is asked for a window, whether this machine can draw without a display.
+"""Check for offscreen OpenGL before VTK opens a window.
 
-VTK crashes the process when it finds no OpenGL, so Python looks first: it loads libEGL and initializes a display on
-the first device, which is what VTK does next. That takes milliseconds.
+VTK crashes the process if there is no OpenGL. This check loads libEGL and initializes a display on the first device, as
+VTK does, in milliseconds.
 """
 
 import ctypes
@@ -10,7 +10,7 @@ import sys
 
 from geomhw.errors import RenderError
 
-#: What brings software OpenGL to a machine without a display.
+#: How to install software OpenGL on a machine without a display.
 INSTALL_HINT = "on Debian or Ubuntu: apt install libegl1 libgl1-mesa-dri"
 
 _WINDOW = "VTK_DEFAULT_OPENGL_WINDOW"
@@ -19,11 +19,11 @@ _EGL_PLATFORM_DEVICE_EXT = 0x313F
 
 
 def prepare() -> None:
-    """Choose VTK's window for drawing off screen; RenderError if there is no OpenGL to draw with.
+    """Select VTK's window class for drawing off screen; raise RenderError if there is no OpenGL.
 
-    To be called before the first window opens. A window class chosen by the caller's environment is respected.
+    Call it before the first window opens. A window class set in the environment is kept.
     """
-    os.environ.setdefault("VTK_FORCE_MSAA", "1")  # else VTK takes no samples within pixels where Mesa draws
+    os.environ.setdefault("VTK_FORCE_MSAA", "1")  # VTK does not multisample with Mesa otherwise
     chosen = os.environ.get(_WINDOW)
     if not sys.platform.startswith("linux") or (chosen and chosen != _EGL_WINDOW):
         return
@@ -35,8 +35,8 @@ def prepare() -> None:
 
 
 def missing_opengl() -> str | None:
-    """What keeps EGL from drawing here, in words, or None if nothing does."""
-    # Mesa reports a driver it cannot find on stderr; we have our own sentence for that.
+    """Return why EGL cannot draw on this machine, or None if it can."""
+    # Keeps Mesa from reporting a missing driver on stderr: the error message does.
     os.environ.setdefault("EGL_LOG_LEVEL", "fatal")
     try:
         egl = ctypes.CDLL("libEGL.so.1")
@@ -48,7 +48,7 @@ def missing_opengl() -> str | None:
 
 
 def has_display() -> bool:
-    """Whether an X server answers: DISPLAY may well name one that is not there."""
+    """Return whether an X server answers; DISPLAY may name one that is not running."""
     try:
         x11 = ctypes.CDLL("libX11.so.6")
         ctypes.CDLL("libGL.so.1")
@@ -64,7 +64,7 @@ def has_display() -> bool:
 
 
 def _egl_works(egl: ctypes.CDLL) -> bool:
-    """Whether the display of EGL's first device initializes: VTK takes that one [EGL_EXT_platform_device]."""
+    """Return whether the display of EGL's first device initializes, the one VTK uses [EGL_EXT_platform_device]."""
     pointer = ctypes.c_void_p
     egl.eglGetProcAddress.restype = pointer
     egl.eglGetProcAddress.argtypes = [ctypes.c_char_p]

@@ -1,4 +1,4 @@
-"""A picture from a description: panels in a row or a grid, each with a title, the mesh and a color bar."""
+"""Pictures of panels in a row or a grid, each with a title, the mesh and a color bar."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,16 +14,16 @@ from geomhw.render.layers import LIGHT, Arrows, Marker, Panel, Theme
 from geomhw.render.scene import SUPERSAMPLING, Image, Stage
 from geomhw.render.view import View, choose_view, visible
 
-#: Width of a panel in pixels; and how flat and how tall its stage may get, in widths.
+#: Width of a panel in pixels, and the smallest and largest height of its stage, in widths.
 PANEL_WIDTH = 600
 STAGE_HEIGHT = (1 / 3, 16 / 15)
-#: A mesh this much wider than tall has its panels one below the other.
+#: Aspect ratio of a mesh above which panels are stacked.
 WIDE = 3.0
 
 
 @dataclass(frozen=True)
 class Layout:
-    """Pixels of one panel: a title, the stage, a color bar, and a note, from top to bottom."""
+    """Heights in pixels of the parts of a panel, from top to bottom: title, stage, color bar, note."""
 
     width: int
     stage: int
@@ -34,16 +34,16 @@ class Layout:
 
     @property
     def height(self) -> int:
-        """The whole panel's."""
+        """Height of the panel."""
         return self.title + self.stage + self.bar + self.note
 
 
 class Drawing:
-    """A sheet of panels with its window kept open, to be drawn again and again: the frames of a film.
+    """A sheet of panels with an open window, for the frames of a film.
 
-    panels: those of the first frame; later ones must be as many. size: of the whole picture, in pixels; None makes
-    panels as wide as ``width`` says and as tall as the mesh needs. columns: panels in a row; None puts all in one row,
-    or wide meshes one below the other, twice as wide.
+    panels: those of the first frame; later frames have the same number. size: of the picture, in pixels; by default
+    panels have the given ``width`` and the height that the mesh needs. columns: number of panels in a row; by default
+    all are in one row, and those of a wide mesh are stacked and twice as wide.
 
     >>> with Drawing(mesh, frames[0]) as drawing:  # doctest: +SKIP
     ...     images = [drawing(panels) for panels in frames]
@@ -67,7 +67,7 @@ class Drawing:
         self.stage = Stage(mesh, (self.layout.width, self.layout.stage), view, theme)
 
     def __call__(self, panels: Sequence[Panel]) -> Image:
-        """The picture, (height, width, 3)."""
+        """Draw the panels; return the picture, (height, width, 3)."""
         from PIL import Image as Pillow
 
         sheet = Pillow.new("RGB", self.size, self.stage.theme.background)
@@ -84,7 +84,7 @@ class Drawing:
         self.close()
 
     def close(self) -> None:
-        """Give the window back."""
+        """Close the window."""
         self.stage.close()
 
 
@@ -97,12 +97,13 @@ def draw(
     theme: Theme = LIGHT,
     width: int = PANEL_WIDTH,
 ) -> Image:
-    """One picture, (height, width, 3); what the arguments mean is said at ``Drawing``."""
+    """Draw one picture, (height, width, 3); the arguments are those of `Drawing`."""
     with Drawing(mesh, panels, size, columns, view, theme, width) as drawing:
         return drawing(panels)
 
 
 def _layout(panels: Sequence[Panel], view: View, size: tuple[int, int] | None, width: int) -> Layout:
+    """Choose the heights of the parts of a panel."""
     single = view.aspect > WIDE
     flattest, tallest = (round(share * width) for share in STAGE_HEIGHT)
     width = size[0] if size else width * (2 if single else 1)
@@ -117,6 +118,7 @@ def _layout(panels: Sequence[Panel], view: View, size: tuple[int, int] | None, w
 
 
 def _panel(stage: Stage, panel: Panel, layout: Layout) -> Any:
+    """Draw a panel as a Pillow image."""
     from PIL import Image as Pillow
     from PIL import ImageDraw
 
@@ -143,12 +145,12 @@ def _panel(stage: Stage, panel: Panel, layout: Layout) -> Any:
 
 
 def _scaled(panel: Panel) -> Arrows | None:
-    """The arrows whose length means something: they get a key in place of a note."""
+    """Return the arrows drawn to scale, whose key replaces the note."""
     return next((arrows for arrows in panel.arrows if arrows.scale is not None), None)
 
 
 def _mark(pen: Any, stage: Stage, markers: Sequence[Marker], layout: Layout) -> None:
-    """Discs, in the large picture, so that they are smoothed with it."""
+    """Draw markers in the supersampled picture."""
     points = _positions(stage, markers)
     seen = visible(stage.mesh, stage.view, [marker.vertex for marker in markers], points)
     places = stage.pixels(points) * SUPERSAMPLING
@@ -157,10 +159,12 @@ def _mark(pen: Any, stage: Stage, markers: Sequence[Marker], layout: Layout) -> 
 
 
 def _positions(stage: Stage, markers: Sequence[Marker]) -> Floats:
+    """Return the positions of markers, (k, 3)."""
     return np.array([marker.position(stage.mesh.vertices) for marker in markers]).reshape(-1, 3)
 
 
 def _label(sheet: Any, stage: Stage, markers: Sequence[Marker], layout: Layout) -> None:
+    """Draw the labels of markers."""
     places = stage.pixels(_positions(stage, markers))
     places[:, 1] += layout.title
     texts = [(marker.label, marker.color, place) for marker, place in zip(markers, places, strict=True)]

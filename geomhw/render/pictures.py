@@ -1,4 +1,4 @@
-"""The pictures of the commands, each from a Result alone."""
+"""Pictures of geodesic distance and of the Helmholtz-Hodge decomposition."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -16,7 +16,7 @@ from geomhw.results import Result
 SOURCE_COLOR = "#c2185b"
 FARTHEST_COLOR = "#0b57d0"
 ISOLINES = 20
-#: The panels that `geodesic_picture` draws if it is not told which.
+#: Default panels of `geodesic_picture`.
 HEAT_METHOD = ("heat", "divergence", "distance")
 
 
@@ -27,8 +27,39 @@ def geodesic_picture(
     width: int = PANEL_WIDTH,
     panels: Sequence[str] = HEAT_METHOD,
 ) -> Image:
-    """Steps of the heat method, a panel each: ``heat`` and the directions it flows away in, its ``gradient``, the
-    ``divergence`` of the directions, the ``distance``. FieldError for other names."""
+    """Draw the steps of the heat method, one panel each.
+
+    Parameters
+    ----------
+    result : Result
+        Of `HeatDistance`.
+    size : (width, height), optional
+        Of the picture in pixels; by default panels have the given ``width`` and the height that the mesh needs.
+    theme : Theme
+        Colors of background and text.
+    width : int
+        Width of a panel in pixels.
+    panels : sequence of str
+        Any of ``heat`` (with directions -∇u/|∇u|), ``gradient``, ``divergence`` and ``distance``.
+
+    Returns
+    -------
+    (height, width, 3) array, uint8
+
+    Raises
+    ------
+    FieldError
+        If a panel has another name.
+    RenderError
+        If there is no OpenGL on this machine.
+
+    Examples
+    --------
+    >>> from geomhw.geodesic import HeatDistance
+    >>> from geomhw.mesh import icosphere
+    >>> result = HeatDistance(icosphere(3)).from_vertices([0])
+    >>> picture = geodesic_picture(result, panels=["distance"])  # doctest: +SKIP
+    """
     sources, curves = source_marks(result, SOURCE_COLOR, labels=True)
     points = [replace(marker, label="") for marker in sources]
     drawn = []
@@ -47,30 +78,34 @@ def geodesic_picture(
 
 
 def _heat(result: Result) -> Panel:
+    """Return the panel of the heat, logarithmic, with the directions in which it falls."""
     surface = Surface(result["heat"], colormap="inferno", span=(0.48, 1.0), log=True)
     return Panel("heat u, and directions −∇u / |∇u|", surface, arrows=[Arrows(np.asarray(result["direction"]))])
 
 
 def _gradient(result: Result) -> Panel:
-    """Its length as a color, by powers of ten, and where it points: up, to the source."""
+    """Return the panel of the gradient of the heat: logarithm of its length, and its direction."""
     slope = np.asarray(result["heat_gradient"])
-    length = np.hypot(np.hypot(slope[:, 0], slope[:, 1]), slope[:, 2])  # the squares of faint heat would be zero
+    length = np.hypot(np.hypot(slope[:, 0], slope[:, 1]), slope[:, 2])  # squares may underflow
     surface = Surface(length, "face", colormap="inferno", span=(0.48, 1.0), log=True)
     return Panel("gradient of the heat ∇u, and its length", surface, arrows=[Arrows(-np.asarray(result["direction"]))])
 
 
 def _divergence(result: Result) -> Panel:
+    """Return the panel of the divergence of the directions."""
     surface = Surface(result["divergence"], colormap="RdBu_r", symmetric=True, outliers=0.02)
     return Panel("divergence of the directions", surface)
 
 
 def _distance(result: Result) -> Panel:
+    """Return the panel of the distance with isolines."""
     distance = np.asarray(result["distance"])
     surface = Surface(distance, colormap="viridis", limits=_from_zero(distance), isolines=ISOLINES)
     return Panel("geodesic distance", surface)
 
 
 def _farthest(result: Result) -> Marker:
+    """Return the marker of the farthest vertex."""
     far = result.report["farthest"]
     return Marker(far["vertex"], f"farthest {far['vertex']}: {far['distance']:.4g}", FARTHEST_COLOR)
 
@@ -78,7 +113,35 @@ def _farthest(result: Result) -> Marker:
 def helmholtz_picture(
     result: Result, size: tuple[int, int] | None = None, theme: Theme = LIGHT, width: int = PANEL_WIDTH
 ) -> Image:
-    """A field and its three parts, all arrows to one scale: curl-free over its potential, coexact, harmonic."""
+    """Draw a field and its Helmholtz-Hodge components, with arrows of one scale.
+
+    Parameters
+    ----------
+    result : Result
+        Of `HelmholtzDecomposition`.
+    size, theme, width
+        As in `geodesic_picture`.
+
+    Returns
+    -------
+    (height, width, 3) array, uint8
+        Four panels: the field, its curl-free part over the potential, the coexact part over the stream function, and
+        the harmonic part.
+
+    Raises
+    ------
+    RenderError
+        If there is no OpenGL on this machine.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from geomhw.flow import HelmholtzDecomposition
+    >>> from geomhw.mesh import torus
+    >>> mesh = torus(24, 12)
+    >>> result = HelmholtzDecomposition(mesh)(np.ones((mesh.n_faces, 3)))
+    >>> picture = helmholtz_picture(result)  # doctest: +SKIP
+    """
     fields = {name: np.asarray(result[name]) for name in ("field", "curl_free", "coexact", "harmonic")}
     lengths = np.linalg.norm(fields["field"], axis=1)
     scale = float(np.quantile(lengths[lengths > 0], 0.9)) if (lengths > 0).any() else 1.0
@@ -99,5 +162,6 @@ def helmholtz_picture(
 
 
 def _from_zero(distance: Floats) -> tuple[float, float] | None:
+    """Return 0 and the largest finite distance; None if that is 0."""
     largest = float(distance[np.isfinite(distance)].max(initial=0.0))
     return (0.0, largest) if largest > 0 else None

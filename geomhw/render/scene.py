@@ -1,17 +1,21 @@
-"""A stage with a mesh on it, photographed as often as wanted.
+"""A stage: the window with one mesh and view that draws surfaces, arrows, curves and streaks.
 
-Geometry is brought into the camera's coordinates in numpy: one unit is half the height of the picture, whatever the
-size of the mesh and wherever it lies. The camera never moves.
+Geometry is transformed to camera coordinates in numpy: one unit is half the height of the picture. The camera is fixed.
+
+Large closed meshes are drawn without the faces turned away. A line of sight enters a closed surface through a face
+turned to the viewer and leaves through one turned away, which is therefore hidden, unless the surface intersects itself
+or is oriented inward. The depth buffer of the first picture confirms it.
 """
 
 from collections.abc import Sequence
+from functools import reduce
 
 import numpy as np
 from numpy.typing import NDArray
 
 from geomhw.arrays import Floats
 from geomhw.mesh.triangle_mesh import TriangleMesh
-from geomhw.render import creases, glyphs, hidden
+from geomhw.render import creases, glyphs
 from geomhw.render.colors import Shades, shade
 from geomhw.render.layers import LIGHT, Arrows, Curves, Streaks, Surface, Theme
 from geomhw.render.view import View, choose_view
@@ -19,26 +23,26 @@ from geomhw.render.window import Paint, Window
 
 Image = NDArray[np.uint8]
 
-#: Pixels drawn for each pixel delivered, along each side.
+#: Number of drawn pixels per pixel of the picture, along each side.
 SUPERSAMPLING = 2
-#: Samples of edges within each of those; none where a mesh has many faces, each of which they make thrice as dear.
+#: Samples per drawn pixel; 0 for meshes with many faces, where samples triple the drawing time.
 SAMPLES, MANY_FACES = 4, 100_000
-#: Free border round the mesh, a fraction of the picture.
+#: Margin around the mesh, a fraction of the picture.
 MARGIN = 0.03
-#: How far lines and arrows are brought towards the viewer, so that they do not drown in the surface.
+#: Shift of lines and arrows toward the viewer, so that the surface does not hide them.
 LIFT = 0.006
-#: How much wider the line round a streak is than the streak, and how dense.
+#: Relative width and opacity of the outline of a streak.
 CASING, CASING_OPACITY = 0.6, 0.55
-#: No arrow is drawn longer than this many spacings, however long its vector.
+#: Largest length of an arrow, in spacings.
 LONGEST = 2.5
-#: Arrows are drawn where the cosine between normal and line of sight is larger.
+#: Smallest cosine between normal and line of sight at which arrows are drawn.
 RIM = 0.2
 
 
 class Stage:
-    """A window off screen with one mesh, one view and one size; ``photograph`` draws layers and returns pixels.
+    """An offscreen window with one mesh, view and size; ``photograph`` draws layers and returns pixels.
 
-    Frames of a film share a stage: the window stays open, only what is shown changes.
+    The frames of a film share a stage and its window.
 
     >>> with Stage(mesh, (640, 480)) as stage:  # doctest: +SKIP
     ...     frames = [stage.photograph(Surface(values)) for values in history]
@@ -57,7 +61,7 @@ class Stage:
         self._skin = self._points[shell.origin], shell.normals @ self.view.axes.T
         depth = 1.1 * float(np.abs(np.delete(self._points[:, 2], mesh.unreferenced_vertices)).max()) + 1.0
         many = mesh.n_faces > MANY_FACES
-        self._hidden = hidden.turned_away(mesh, self.view.axes[2]) if many else np.zeros(mesh.n_faces, dtype=bool)
+        self._hidden = turned_away(mesh, self.view.axes[2]) if many else np.zeros(mesh.n_faces, dtype=bool)
         self._doubtful = bool(self._hidden.any())
         samples = 0 if many else SAMPLES
         self._window = Window((SUPERSAMPLING * width, SUPERSAMPLING * height), theme.background, depth, samples)
@@ -69,11 +73,11 @@ class Stage:
         self.close()
 
     def close(self) -> None:
-        """Give the window back."""
+        """Close the window."""
         self._window.close()
 
     def pixels(self, points: Floats) -> Floats:
-        """Where points of the mesh are in the picture, (k, 2): columns and rows, from the upper left corner."""
+        """Return the pixel coordinates of points of the mesh, (k, 2): column and row from the upper left corner."""
         width, height = self.size
         seen = self.view.project(points)[:, :2] / self.unit
         return np.asarray(np.array([width, height]) / 2 + seen * [1, -1] * height / 2)
@@ -86,9 +90,9 @@ class Stage:
         streaks: Sequence[Streaks] = (),
         curves: Sequence[Curves] = (),
     ) -> Image:
-        """The picture, (h, w, 3), of the surface and what lies on it, at ``SUPERSAMPLING`` times the size.
+        """Draw the surface and the layers on it; return the picture, (h, w, 3), at ``SUPERSAMPLING`` times the size.
 
-        shades: the surface's, where they are at hand.
+        shades: colors of the surface, if they are known already.
         """
         shades = shades or shade(surface, self.mesh)
         self._window.clear()
@@ -103,14 +107,15 @@ class Stage:
         picture = self._window.pixels()
         if self._doubtful:
             self._doubtful = False
-            if hidden.in_sight(self._points, self.mesh.faces[self._hidden], self._window.nearest()):
+            if in_sight(self._points, self.mesh.faces[self._hidden], self._window.nearest()):
                 self._hidden = np.zeros(self.mesh.n_faces, dtype=bool)
                 return self.photograph(surface, arrows, shades, streaks, curves)
         return picture
 
-    # -- what is shown -------------------------------------------------------------------------------------------
+    # -- layers --------------------------------------------------------------------------------------------------------
 
     def _add_surface(self, surface: Surface, shades: Shades | None) -> None:
+        """Add the colored mesh and its isolines."""
         drawn = ~self._hidden
         if shades is None:
             self._add_shell(drawn, Paint(surface.color))
@@ -129,16 +134,19 @@ class Stage:
         self._add_lines(segments + np.array([0, 0, LIFT]), self.theme.line)
 
     def _add_shell(self, which: NDArray[np.bool_], paint: Paint) -> None:
+        """Add faces of the mesh."""
         if not which.any():
             return
         points, normals = self._skin
         self._window.add_triangles(points, self._shell.faces[which], paint, normals)
 
     def _add_lines(self, segments: Floats, color: str, width: float = 1.0) -> None:
+        """Add line segments."""
         if len(segments):
             self._window.add_lines(segments, color, width * SUPERSAMPLING)
 
     def _add_arrows(self, arrows: Arrows) -> None:
+        """Add arrows, thinned and lifted off the surface."""
         per_face = arrows.location == "face"
         mesh, axes = self.mesh, self.view.axes
         normals = mesh.face_normals if per_face else mesh.vertex_normals
@@ -146,7 +154,7 @@ class Stage:
         spacing = 2 * arrows.spacing * min(width / height, 1.0)
         vectors = np.asarray(arrows.vectors, dtype=float)
         squares = np.einsum("ax,ax->a", vectors, vectors)
-        # Those at the rim are seen edge on, as hairs that stick out.
+        # Arrows at the rim are seen edge-on.
         usable = np.flatnonzero(np.isfinite(squares) & (squares > 0) & (np.abs(normals @ axes[2]) > RIM))
         if not len(usable):
             return
@@ -160,12 +168,13 @@ class Stage:
         length = np.linalg.norm(vectors, axis=1)
         full = length if arrows.scale is None else arrows.scale
         drawn = vectors * np.minimum(spacing / full, LONGEST * spacing / length)[:, None]
-        front = np.where(normals[:, 2:] < 0, -1.0, 1.0)  # on the side that is seen, of a sheet too
+        front = np.where(normals[:, 2:] < 0, -1.0, 1.0)  # the visible side of an open surface
         lifted = centers + 0.1 * spacing * front * normals + [0, 0, LIFT]
         points, triangles = glyphs.arrow_triangles(lifted, drawn, normals)
         self._window.add_triangles(points, triangles, Paint(arrows.color))
 
     def _add_streaks(self, streaks: Streaks) -> None:
+        """Add streaks with their outlines."""
         width, height = self.size
         facing = np.abs(streaks.normals @ self.view.axes[2])
         shown = facing > RIM
@@ -182,3 +191,26 @@ class Stage:
             alpha = np.round(255 * opacity * density).astype(np.uint8)
             rgba = np.column_stack([np.tile(rgb, (len(points), 1)), alpha])
             self._window.add_triangles(points, triangles, Paint(values=rgba))
+
+
+def turned_away(mesh: TriangleMesh, toward: Floats) -> NDArray[np.bool_]:
+    """Return the mask, (m,), of faces turned away from the viewer; empty unless the mesh is closed and oriented."""
+    if not (mesh.is_closed and mesh.is_oriented):
+        return np.zeros(mesh.n_faces, dtype=bool)
+    return np.asarray(mesh.face_normals @ toward <= 0)
+
+
+def in_sight(points: Floats, faces: NDArray[np.int32], nearest: Floats) -> bool:
+    """Return whether the center of a face, (k, 3), that was not drawn lies in front of everything drawn around it.
+
+    points: (n, 3) in camera coordinates. nearest: z at each pixel, (h, w), bottom row first. The tolerance is a pixel
+    in each direction.
+    """
+    height, width = nearest.shape
+    middles = glyphs.middles(points, faces)
+    places = np.floor(middles[:, :2] * height / 2 + [width / 2, height / 2]).astype(np.int64)
+    column, row = np.clip(places, 0, [width - 1, height - 1]).T
+    steps = [(i, j) for i in (-1, 0, 1) for j in (-1, 0, 1)]
+    round_it = (nearest[np.clip(row + i, 0, height - 1), np.clip(column + j, 0, width - 1)] for i, j in steps)
+    near = reduce(np.maximum, round_it)
+    return bool(np.any(middles[:, 2] > near + 2 / height))

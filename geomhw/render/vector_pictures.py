@@ -1,4 +1,4 @@
-"""The picture of transported vectors: bright arrows on a dark surface, one panel a time."""
+"""Picture of transported vectors: bright arrows on a dark surface, one panel per diffusion time."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -18,22 +18,43 @@ from geomhw.results import Result
 DARK_SURFACE = "#3a414d"
 FIELD_COLOR = "#7fd4ff"
 SOURCE_COLOR = "#ffb000"
-#: Spacing of arrows, and length of the source's, as fractions of the panel.
+#: Spacing of arrows, and length of the arrows at sources, as fractions of the panel.
 SPACING = 0.042
 SOURCE_LENGTH = 0.13
-#: Room round the mesh, a share of its larger extent: half a source's arrow sticks out where the source is on the rim.
+#: Margin around the mesh, a fraction of its larger extent: the arrow of a source on the rim sticks out.
 ROOM = 0.8 * SOURCE_LENGTH
-#: More panels than this go into several rows.
+#: Largest number of panels in a row.
 MOST_IN_A_ROW = 4
 
 
 def transport_picture(
     result: Result, size: tuple[int, int] | None = None, theme: Theme = LIGHT, width: int = PANEL_WIDTH
 ) -> Image:
-    """The transported field for each time, side by side, with the sources marked and the vectors there large.
+    """Draw the transported field, one panel per diffusion time, with marked sources and large arrows at them.
 
-    The view shows as many sources as it can; one that lies behind is a ring. Many sources are curves, and large arrows
-    stand on them no closer than they are long.
+    Parameters
+    ----------
+    result : Result
+        Of `VectorHeat`, with one or several times.
+    size, theme, width
+        As in `geodesic_picture`.
+
+    Returns
+    -------
+    (height, width, 3) array, uint8
+        A ring marks a hidden source. Many sources are drawn as curves, with thinned arrows.
+
+    Raises
+    ------
+    RenderError
+        If there is no OpenGL on this machine.
+
+    Examples
+    --------
+    >>> from geomhw.mesh import icosphere
+    >>> from geomhw.transport import VectorHeat
+    >>> result = VectorHeat(icosphere(3), "h2").from_vertices([0], [[1, 0, 0]])
+    >>> picture = transport_picture(result)  # doctest: +SKIP
     """
     times = np.atleast_1d(np.asarray(result["dt"]))
     names = ["transported"] if len(times) == 1 else [f"transported_{k}" for k in range(len(times))]
@@ -58,14 +79,13 @@ def transport_picture(
 
 
 def _roomy_view(mesh: TriangleMesh, sources: Sequence[int]) -> View:
-    """The view that shows most of the sources, from a little farther away."""
+    """Choose the view that shows most sources, with a margin for their arrows."""
     view = choose_view(mesh, sources)
     return replace(view, extent=view.extent + ROOM * view.extent.max())
 
 
 def _large_arrows(result: Result, longest: float) -> list[Arrows]:
-    """The vectors at the sources: a layer each, since arrows of one layer that come too close are thinned out, as they
-    should be where sources are many."""
+    """Return the arrows at sources, one layer per source if they are few, since each layer is thinned."""
     named = list(zip(result.report["sources"], result.report["vectors"], strict=True))
     batches = [[pair] for pair in named] if len(named) <= MOST_DISCS else [named]
     layers = []
@@ -77,7 +97,7 @@ def _large_arrows(result: Result, longest: float) -> list[Arrows]:
 
 
 def _layer(mesh: TriangleMesh, pairs: Sequence[tuple[Any, Any]], inside: bool, longest: float) -> Arrows:
-    """Arrows at sources that are all vertices, or all within faces."""
+    """Return arrows at sources that are all vertices or all in faces."""
     rows = [source["face"] if inside else source for source, _ in pairs]
     vectors = np.zeros(((mesh.n_faces if inside else mesh.n_vertices), 3))
     places = np.array(mesh.face_centers if inside else mesh.vertices)

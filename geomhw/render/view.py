@@ -1,6 +1,6 @@
-"""Where to look from. Plain numpy, from the mesh alone: the same view at any scale and place.
+"""Choice of the view: a parallel projection from the mesh alone, independent of its scale and position.
 
-A view is a parallel projection. Shapes stand upright (y is up), seen a little from above, from where most is seen.
+The y axis points up. The view is slightly from above, in the direction that shows most of the surface.
 """
 
 from collections.abc import Sequence
@@ -13,9 +13,9 @@ from geomhw.mesh.geometry import unit
 from geomhw.mesh.sampling import area_samples, points_on
 from geomhw.mesh.triangle_mesh import TriangleMesh
 
-#: A mesh is flat if it is this much thinner than wide.
+#: Ratio of thickness to width below which a mesh is flat.
 FLATNESS = 0.03
-#: Flat meshes this much longer than wide are laid across the picture.
+#: Ratio of height to width above which a flat mesh is rotated to landscape.
 ELONGATION = 2.5
 
 _AZIMUTHS = np.radians(np.arange(12) * 30.0 + 30.0)
@@ -28,9 +28,10 @@ _FACING = 0.8
 
 @dataclass(frozen=True)
 class View:
-    """Parallel projection: ``axes`` has the rows right, up, towards the viewer; ``center`` is what it looks at.
+    """A parallel projection.
 
-    extent: half width and half height of the mesh, seen so.
+    axes: rows right, up, toward the viewer. center: the point in the middle of the picture. extent: half width and half
+    height of the projected mesh.
     """
 
     axes: Floats
@@ -39,16 +40,16 @@ class View:
 
     @property
     def aspect(self) -> float:
-        """Width over height of the mesh in the picture."""
+        """Ratio of width to height of the projected mesh."""
         return float(self.extent[0] / max(self.extent[1], 1e-3 * self.extent[0]))
 
     def project(self, points: Floats) -> Floats:
-        """Points in the view's coordinates (right, up, near), lengths unchanged."""
+        """Return points in view coordinates (right, up, toward the viewer), in the units of the mesh."""
         return np.asarray((points - self.center) @ self.axes.T)
 
 
 def choose_view(mesh: TriangleMesh, interest: Sequence[int] = ()) -> View:
-    """A view from which the shape is recognized, and the vertices of ``interest`` are seen if they can be."""
+    """Choose a view that shows the shape and, if possible, the vertices of ``interest``."""
     used = np.delete(mesh.vertices, mesh.unreferenced_vertices, axis=0)
     middle = (used.min(axis=0) + used.max(axis=0)) / 2
     size = np.ptp(used, axis=0).max()
@@ -59,12 +60,12 @@ def choose_view(mesh: TriangleMesh, interest: Sequence[int] = ()) -> View:
         scene = [(p - middle) / size for p in (surface_samples(mesh, _SAMPLES), bends, mesh.vertices[list(interest)])]
         candidates = [_axes(_direction(a, e), np.array([0.0, 1.0, 0.0])) for e in _ELEVATIONS for a in _AZIMUTHS]
         shown = np.array([_measure(axes, scene[0], scene[1], bending, scene[2]) for axes in candidates])
-        # Faces and hands bend more than backs; and heads, which are on top, should look our way.
+        # Prefer the side to which the top fifth leans, where the face of a figure is.
         top = scene[0][:, 1] > np.quantile(scene[0][:, 1], 0.8)
         ahead = scene[0][top].mean(axis=0) - scene[0].mean(axis=0)
         facing = np.array([axes[2, [0, 2]] @ ahead[[0, 2]] for axes in candidates])
         scores = shown / np.maximum(shown.max(axis=0), 1e-300) @ _WEIGHTS + _FACING * facing
-        # The first of the nearly best: a symmetric shape must not turn with its rounding.
+        # The first of nearly equal scores keeps views of symmetric shapes independent of rounding.
         axes = candidates[int(np.argmax(scores > scores.max() - 1e-3))]
     seen = (used - middle) @ axes.T
     low, high = seen.min(axis=0), seen.max(axis=0)
@@ -72,9 +73,9 @@ def choose_view(mesh: TriangleMesh, interest: Sequence[int] = ()) -> View:
 
 
 def visible(mesh: TriangleMesh, view: View, vertices: Sequence[int], at: Floats | None = None) -> list[bool]:
-    """Whether each vertex is seen: no face in front of it.
+    """Return whether each vertex is visible: no face lies in front of it.
 
-    at: (k, 3), a point in some face of each vertex that is asked for in its place.
+    at: (k, 3), a point in a face of each vertex, tested instead of the vertex.
     """
     points = view.project(mesh.vertices)
     places = points[list(vertices)] if at is None else view.project(at)
@@ -94,45 +95,47 @@ def visible(mesh: TriangleMesh, view: View, vertices: Sequence[int], at: Floats 
 
 
 def _boxed(points: Floats, faces: Ints, p: Floats) -> Ints:
-    """The faces whose upright box, in the picture, holds p."""
+    """Return the faces whose bounding box in the picture contains p."""
     sides = np.zeros(len(points), dtype=np.uint8)
     for bit, away in enumerate((points[:, 0] < p[0], points[:, 0] > p[0], points[:, 1] < p[1], points[:, 1] > p[1])):
         sides |= away.astype(np.uint8) << bit
     a, b, c = (sides[faces[:, k]] for k in range(3))
-    return np.flatnonzero(a & b & c == 0)  # on no side of p are all three corners
+    return np.flatnonzero(a & b & c == 0)  # the corners are not all on one side of p
 
 
 def surface_samples(mesh: TriangleMesh, count: int) -> Floats:
-    """Points spread evenly over the surface, (count, 3), the same ones every time."""
+    """Return deterministic, evenly distributed points on the surface, (count, 3)."""
     if mesh.face_areas.sum() <= 0:
         return mesh.face_centers
     return points_on(mesh, *area_samples(mesh, count))
 
 
 def _turn(p: Floats, q: Floats) -> Floats:
+    """Return the z component of cross products, (k,)."""
     return np.asarray(p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0])
 
 
 def _direction(azimuth: float, elevation: float) -> Floats:
-    """Unit vector towards the viewer; azimuth 0 looks from +z, and grows towards +x."""
+    """Return the unit vector toward the viewer; azimuth 0 is +z and grows toward +x."""
     across = np.cos(elevation)
     return np.array([across * np.sin(azimuth), np.sin(elevation), across * np.cos(azimuth)])
 
 
 def _axes(toward: Floats, up: Floats) -> Floats:
-    """Rows right, up, toward, from the direction to the viewer and what should be up."""
+    """Return the rows right, up, toward, from the direction to the viewer and an upward vector."""
     right = unit(np.cross(up, toward))
     return np.stack([right, np.cross(toward, right), toward])
 
 
 def _is_flat(points: Floats) -> bool:
+    """Return whether the points lie nearly in a plane."""
     centered = points - points.mean(axis=0)
     thinnest, middle, _ = np.linalg.eigvalsh(np.einsum("px,py->xy", centered, centered))
     return bool(thinnest < FLATNESS**2 * middle)
 
 
 def _flat_axes(points: Floats, mesh: TriangleMesh) -> Floats:
-    """Looking at the face of a flat mesh; y stays up unless the mesh is long, or lies in that plane."""
+    """Return the axes that face a flat mesh; y points up unless the mesh is elongated or horizontal."""
     _, _, (_, _, thin) = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)
     side = float(thin @ (mesh.face_areas @ mesh.face_normals))
     tallest = thin[np.abs(thin).argmax()]
@@ -146,7 +149,7 @@ def _flat_axes(points: Floats, mesh: TriangleMesh) -> Floats:
 
 
 def _bends(mesh: TriangleMesh) -> tuple[Floats, Floats]:
-    """Midpoints of (some of) the edges, and how much the surface bends there: turning of the normal times length."""
+    """Return midpoints of a sample of the edges, and their bending: change of the normal times edge length."""
     some = slice(None, None, 1 + mesh.n_edges // _SAMPLES)
     start, end = mesh.edges[some].T
     turning = np.linalg.norm(mesh.vertex_normals[start] - mesh.vertex_normals[end], axis=1)
@@ -154,9 +157,9 @@ def _bends(mesh: TriangleMesh) -> tuple[Floats, Floats]:
 
 
 def _measure(axes: Floats, cloud: Floats, bends: Floats, bending: Floats, poi: Floats) -> list[float]:
-    """What this view shows: area of the silhouette, share of the bending in sight, and of the points of interest.
+    """Return the area of the silhouette, the visible bending, and the visible share of the points of interest.
 
-    By a coarse depth buffer; the points are of unit size.
+    Visibility is by a coarse depth buffer; the extent of the points is 1.
     """
     seen = np.concatenate([cloud, bends, poi]) @ axes.T
     cell = np.floor((seen[:, :2] + 1) * _CELLS).astype(np.int64)

@@ -1,6 +1,6 @@
-"""The one place where VTK draws: a window off screen, triangles and lines put into it, and its pixels taken out.
+"""Offscreen VTK window: add triangles and lines, read pixels and depths.
 
-VTK is imported by the few of its modules that draw; all of it, or a library over it, would take a second to load.
+Only the VTK modules that draw are imported; all of VTK, or pyvista, takes a second to load.
 """
 
 from dataclasses import dataclass
@@ -12,19 +12,19 @@ from numpy.typing import NDArray
 from geomhw.arrays import Floats, Ints
 from geomhw.render import offscreen
 
-#: Color of the glint on surfaces that take their colors from values.
+#: Color of highlights on surfaces colored by values.
 GLINT = "#add8e6"
-#: Where light comes from, and how strong it is.
+#: Position and intensity of the lights.
 LIGHTS = (((-0.5, 0.8, 1.2), 0.7), ((0.8, -0.1, 1.0), 0.35))
-#: Share of a color that is seen without light, and how the rest answers to light.
+#: Coefficients of the Phong reflection model.
 AMBIENT, DIFFUSE, SPECULAR, SHININESS = 0.52, 0.55, 0.08, 20.0
 
 
 @dataclass(frozen=True)
 class Paint:
-    """Colors of triangles: one ``color`` for all, or ``values`` per point or, with ``per_face``, per triangle.
+    """Colors of triangles: one ``color``, or ``values`` per point or, with ``per_face``, per triangle.
 
-    values: numbers 0..1 along ``table``, RGBA rows of uint8; without a table, rows of uint8, RGB or RGBA.
+    values: numbers from 0 to 1 along ``table`` (RGBA rows, uint8); without a table, RGB or RGBA rows, uint8.
     """
 
     color: str = GLINT
@@ -34,22 +34,21 @@ class Paint:
 
 
 class Window:
-    """So many pixels, a background, and what was added since ``clear``; x, y from -1 to 1 over the height.
+    """A window of ``size`` pixels, off screen; y runs from -1 to 1 over the height, the viewer looks along -z.
 
-    depth: nothing is farther from the plane z = 0, in the direction of sight, than that. samples: of the edges, within
-    each pixel.
+    depth: largest distance of a point from the plane z = 0. samples: number of samples per pixel.
     """
 
     def __init__(self, size: tuple[int, int], background: str, depth: float, samples: int) -> None:
         offscreen.prepare()
-        import vtkmodules.vtkRenderingOpenGL2  # noqa: F401  what draws, of the classes below
+        import vtkmodules.vtkRenderingOpenGL2  # noqa: F401  registers the OpenGL classes
         from vtkmodules.vtkRenderingCore import vtkLight, vtkRenderer, vtkRenderWindow
 
         self.size = size
         self._renderer = vtkRenderer()
         self._renderer.SetBackground(*_rgb(background))
         self._renderer.SetAutomaticLightCreation(False)
-        self._renderer.SetUseOIT(False)  # translucent layers lie on each other in the order they are added
+        self._renderer.SetUseOIT(False)  # translucent layers are drawn in the order of addition
         for position, intensity in LIGHTS:
             light = vtkLight()
             light.SetLightTypeToSceneLight()
@@ -65,6 +64,7 @@ class Window:
         self._aim(depth)
 
     def _aim(self, depth: float) -> None:
+        """Set a parallel projection along -z."""
         camera = self._renderer.GetActiveCamera()
         camera.SetPosition(0, 0, 2 * depth)
         camera.SetFocalPoint(0, 0, 0)
@@ -74,16 +74,16 @@ class Window:
         camera.SetClippingRange(depth * 0.5, depth * 3.5)
 
     def close(self) -> None:
-        """Give the window back."""
+        """Close the window."""
         self.clear()
         self._window.Finalize()
 
     def clear(self) -> None:
-        """Take out all that was added."""
+        """Remove everything that was added."""
         self._renderer.RemoveAllViewProps()
 
     def add_triangles(self, points: Floats, triangles: Ints, paint: Paint, normals: Floats | None = None) -> None:
-        """Triangles, (k, 3), between points, (p, 3); lit, smoothly, if these have normals, (p, 3)."""
+        """Add triangles, (k, 3), of points, (p, 3); with point normals, (p, 3), they are smoothly lit."""
         from vtkmodules.util.numpy_support import numpy_to_vtk
 
         data = _poly_data(points)
@@ -103,7 +103,7 @@ class Window:
         self._renderer.AddActor(actor)
 
     def add_lines(self, segments: Floats, color: str, width: float) -> None:
-        """Segments, (s, 2, 3), so many pixels wide, not lit."""
+        """Add unlit line segments, (s, 2, 3), of the given width in pixels."""
         data = _poly_data(segments.reshape(-1, 3))
         data.SetLines(_cells(np.arange(2 * len(segments), dtype=np.int32).reshape(-1, 2)))
         actor = _actor(_mapper(data, Paint()), color)
@@ -112,7 +112,7 @@ class Window:
         self._renderer.AddActor(actor)
 
     def pixels(self) -> NDArray[np.uint8]:
-        """The picture, (h, w, 3), from the top row down."""
+        """Draw and return the picture, (h, w, 3), top row first."""
         from vtkmodules.util.numpy_support import vtk_to_numpy
         from vtkmodules.vtkCommonCore import vtkUnsignedCharArray
 
@@ -123,7 +123,7 @@ class Window:
         return np.asarray(vtk_to_numpy(read).reshape(height, width, 3)[::-1])
 
     def nearest(self) -> Floats:
-        """The z of what is seen at each pixel of the last picture, (h, w), from the bottom row up."""
+        """Return the z of the visible point at each pixel of the last picture, (h, w), bottom row first."""
         from vtkmodules.util.numpy_support import vtk_to_numpy
         from vtkmodules.vtkCommonCore import vtkFloatArray
 
@@ -132,10 +132,11 @@ class Window:
         self._window.GetZbufferData(0, 0, width - 1, height - 1, read)
         return np.asarray(
             self._depth * (1.5 - 3.0 * vtk_to_numpy(read).reshape(height, width))
-        )  # 0..1 in clipping range
+        )  # the buffer is 0 to 1 over the clipping range
 
 
 def _poly_data(points: Floats) -> Any:
+    """Make a vtkPolyData with points only."""
     from vtkmodules.util.numpy_support import numpy_to_vtk
     from vtkmodules.vtkCommonCore import vtkPoints
     from vtkmodules.vtkCommonDataModel import vtkPolyData
@@ -148,7 +149,7 @@ def _poly_data(points: Floats) -> Any:
 
 
 def _cells(corners: Ints) -> Any:
-    """Rows of points, all of one length."""
+    """Make a vtkCellArray of cells with the same number of corners, (k, d)."""
     from vtkmodules.util.numpy_support import numpy_to_vtk
     from vtkmodules.vtkCommonDataModel import vtkCellArray
 
@@ -158,6 +159,7 @@ def _cells(corners: Ints) -> Any:
 
 
 def _mapper(data: Any, paint: Paint) -> Any:
+    """Make a mapper with the colors of ``paint``."""
     from vtkmodules.util.numpy_support import numpy_to_vtk
     from vtkmodules.vtkCommonCore import vtkLookupTable
     from vtkmodules.vtkRenderingCore import vtkPolyDataMapper
@@ -187,6 +189,7 @@ def _mapper(data: Any, paint: Paint) -> Any:
 
 
 def _actor(mapper: Any, color: str) -> Any:
+    """Make an actor of one color."""
     from vtkmodules.vtkRenderingCore import vtkActor
 
     actor = vtkActor()
@@ -196,5 +199,6 @@ def _actor(mapper: Any, color: str) -> Any:
 
 
 def _rgb(color: str) -> tuple[float, float, float]:
+    """Convert "#rrggbb" to numbers from 0 to 1."""
     red, green, blue = bytes.fromhex(color[1:])
     return red / 255, green / 255, blue / 255

@@ -5,8 +5,8 @@ from numpy.typing import ArrayLike
 
 from geomhw.arrays import Complexes, Floats, Ints
 from geomhw.errors import FieldError
-from geomhw.mesh.geometry import unit
 from geomhw.mesh.surface_points import SurfacePoints
+from geomhw.mesh.tangent_frames import face_frames
 from geomhw.mesh.triangle_mesh import TriangleMesh
 
 #: A vector whose tangential part is a smaller share of it than this is normal to the surface.
@@ -24,9 +24,8 @@ def source_frames(mesh: TriangleMesh, sources: SurfacePoints) -> Floats:
     if (inside & flat).any():
         raise FieldError(f"face {sources.faces[inside & flat][0]} has no area, so no plane for a vector")
     frames = mesh.tangent_frames[sources.corners[:, 0]]
-    along = unit(mesh.opposite_edges[sources.faces[inside], 2])
-    normals = mesh.face_normals[sources.faces[inside]]
-    frames[inside] = np.stack([along, np.cross(normals, along)], axis=1)
+    faces = sources.faces[inside]
+    frames[inside] = face_frames(mesh.opposite_edges[faces], mesh.face_normals[faces])
     return frames
 
 

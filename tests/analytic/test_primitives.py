@@ -3,16 +3,16 @@
 import numpy as np
 import pytest
 
-from geomhw.mesh import primitives
+from geomhw.mesh import genus_two, implicit_surface, primitives
 from support.meshes import volume
 
 CLOSED = {
     "icosahedron": (primitives.icosphere(0), 0),
     "icosphere": (primitives.icosphere(3, radius=2.0), 0),
     "torus": (primitives.torus(40, 20), 1),
-    "genus two": (primitives.genus_two(), 2),
+    "genus two": (genus_two(), 2),
     "contoured ball": (
-        primitives.implicit_surface(lambda x, y, z: x**2 + y**2 + z**2 - 1, [-1.3] * 3, [1.2] * 3, 20),
+        implicit_surface(lambda x, y, z: x**2 + y**2 + z**2 - 1, [-1.3] * 3, [1.2] * 3, 20),
         0,
     ),
 }

@@ -36,11 +36,11 @@ ALLOWED |= {
 }
 #: Libraries that one room keeps to itself.
 PRIVATE = {
-    "pyvista": set(),
+    "pyvista": {"results"},
     "vtkmodules": {"render"},
     "vtk": {"render"},
     "click": {"cli"},
-    "meshio": {"io"},
+    "meshio": {"io", "results"},
     "geomhw_cli": {"cli"},
 }
 

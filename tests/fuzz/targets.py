@@ -9,8 +9,8 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
+from geomhw.compare.arrays import compare_matrices
 from geomhw.compare.documents import compare_documents
-from geomhw.compare.matrices import compare_matrices
 from geomhw.compare.rules import Ignored, Tolerance
 from geomhw.errors import GeomhwError
 from geomhw.io import read, read_cloud, read_field

@@ -10,8 +10,8 @@ import pyvista
 import scipy.sparse as sp
 
 from geomhw.compare import Comparison, Ignored, Tolerance, compare_files
+from geomhw.compare.arrays import compare_sparse
 from geomhw.compare.documents import compare_documents
-from geomhw.compare.matrices import compare_sparse
 from geomhw.compare.meshes import compare_meshes
 from geomhw.errors import GeomhwError
 from geomhw.io import write

@@ -5,8 +5,7 @@ import pytest
 from PIL import Image
 
 from geomhw.compare import compare_files
-from geomhw.compare.colors import delta_e, lab, over_white
-from geomhw.compare.pictures import NOTICEABLE, Difference, compare_pictures
+from geomhw.compare.pictures import NOTICEABLE, Difference, compare_pictures, delta_e, lab, over_white
 from geomhw.io import write_png
 from geomhw.mesh.primitives import icosphere
 from geomhw.render import colors, glyphs, panels, scene

@@ -9,11 +9,10 @@ from scipy import ndimage
 from geomhw.errors import FieldError
 from geomhw.mesh import primitives
 from geomhw.mesh.triangle_mesh import TriangleMesh
-from geomhw.render import hidden
 from geomhw.render.layers import DARK, Arrows, Marker, Panel, Surface
 from geomhw.render.panels import Drawing, draw
 from geomhw.render.pictures import geodesic_picture, helmholtz_picture
-from geomhw.render.scene import SUPERSAMPLING, Stage
+from geomhw.render.scene import SUPERSAMPLING, Stage, in_sight, turned_away
 from geomhw.render.view import View, choose_view
 from geomhw.results import Field, Result
 from support.pictures import count, needs_opengl
@@ -390,8 +389,8 @@ def test_leaving_out_what_is_hidden_changes_nothing(mesh, monkeypatch):
 def test_what_is_turned_away_and_hidden_is_left_out():
     """Faces turned away are found, and are hidden by those in front."""
     ball = primitives.icosphere(3)
-    away = hidden.turned_away(ball, np.array([0.0, 0.0, 1.0]))
+    away = turned_away(ball, np.array([0.0, 0.0, 1.0]))
     assert 0.4 < away.mean() < 0.6
     front = np.full((64, 64), 0.0)
-    assert not hidden.in_sight(ball.vertices, ball.faces[away], front)
-    assert hidden.in_sight(ball.vertices, ball.faces[~away], front)
+    assert not in_sight(ball.vertices, ball.faces[away], front)
+    assert in_sight(ball.vertices, ball.faces[~away], front)

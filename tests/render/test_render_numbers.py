@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from geomhw.mesh import primitives
+from geomhw.mesh import genus_two, primitives
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.render import colors, creases, glyphs
 from geomhw.render.layers import Surface
@@ -90,7 +90,7 @@ def test_stray_vertices_do_not_count():
 
 def test_projection_fits_the_extent():
     """The projected mesh fills the extent."""
-    mesh = primitives.genus_two(24)
+    mesh = genus_two(24)
     view = choose_view(mesh)
     seen = view.project(mesh.vertices)[:, :2]
     np.testing.assert_allclose(seen.max(axis=0), view.extent)

@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from geomhw.mesh.primitives import genus_two, grid, icosphere, strip, torus
+from geomhw.mesh import genus_two, grid, icosphere, strip, torus
 from geomhw.mesh.triangle_mesh import TriangleMesh
 
 
