@@ -15,10 +15,10 @@ demo: $(VENV)/.installed
 	$(BIN)/geomhw geodesic data/creature.obj -o $(DEMO)/creature.vtk --png $(DEMO)/creature.png
 	@echo "Open $(CURDIR)/$(DEMO)/creature.png, and $(CURDIR)/$(DEMO)/creature.vtk in ParaView."
 
-# As many processes as cores, so one thread each for algebra (OpenBLAS) and for pictures (Mesa's llvmpipe).
-# Those that are done first take over half of what others have left; until then neighbors stay together, and share fixtures.
-# The program is compiled beforehand: its tests start it hundreds of times, and each would compile it anew where
-# PYTHONDONTWRITEBYTECODE is set. A file alone is sooner done without all this: python -m pytest tests/identities/test_mesh.py
+# One process per core, each with one thread for algebra (OpenBLAS) and for pictures (Mesa's llvmpipe). An idle process
+# takes half of another's remaining tests (worksteal), so that neighbors stay together and share fixtures. The program is
+# compiled first, since the tests start it hundreds of times, also where PYTHONDONTWRITEBYTECODE is set.
+# A single file runs with: python -m pytest tests/identities/test_mesh.py
 test: $(VENV)/.developing
 	$(BIN)/python -m compileall -q geomhw cli
 	OPENBLAS_NUM_THREADS=1 LP_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses auto --dist worksteal

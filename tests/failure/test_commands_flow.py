@@ -14,7 +14,7 @@ from support.program import contents, files, one_line, run, save_off
 
 @pytest.fixture(autouse=True)
 def folder(folder: Path) -> Path:
-    """Each test has an own working folder with a small sphere in it."""
+    """Each test has its own working folder with a small sphere in it."""
     save_off(BALL)
     return folder
 

@@ -16,7 +16,7 @@ from support.program import files_no_larger_than, run, save_off
 
 @pytest.fixture(autouse=True)
 def folder(folder: Path) -> Path:
-    """Each test has an own working folder with a mesh, pairs and sources."""
+    """Each test has its own working folder with a mesh, pairs and sources."""
     save_off(MESH, "mesh.off")
     return folder
 

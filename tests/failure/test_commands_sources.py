@@ -16,7 +16,7 @@ BALL, SHEET = icosphere(2), grid(6, 6)
 
 @pytest.fixture(autouse=True)
 def folder(folder: Path) -> Path:
-    """Each test has an own working folder with a ball and a sheet in it."""
+    """Each test has its own working folder with a ball and a sheet in it."""
     save_off(BALL, "ball.off")
     save_off(SHEET, "sheet.off")
     return folder

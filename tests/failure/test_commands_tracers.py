@@ -13,7 +13,7 @@ TRACED = ("--tracers", "44")
 
 @pytest.fixture(autouse=True)
 def folder(folder: Path) -> Path:
-    """Each test has an own working folder with a small sphere in it."""
+    """Each test has its own working folder with a small sphere in it."""
     save_off(BALL)
     return folder
 

@@ -41,7 +41,7 @@ DRAWS = ["geodesic", "mp4"]
 
 @pytest.fixture(autouse=True)
 def folder(folder: Path) -> Path:
-    """Each test has an own working folder with a sphere, a field on it and two pictures."""
+    """Each test has its own working folder with a sphere, a field on it and two pictures."""
     from PIL import Image
 
     save_off(BALL)

@@ -13,7 +13,7 @@ from support.messages import missing
 
 @pytest.fixture(autouse=True)
 def here(folder: Path) -> Path:
-    """Each test has an own working folder with field files of every format."""
+    """Each test has its own working folder with field files of every format."""
     save_fields()
     return folder
 

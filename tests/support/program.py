@@ -1,12 +1,10 @@
 """Runs the program in this process, and inspects its answer and the files that it leaves."""
 
-import resource
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 from click.testing import CliRunner, Result
-from click.testing import Result as Answer
 
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw_cli.main import program
@@ -35,7 +33,7 @@ def files(folder: Path) -> list[str]:
     return sorted(path.name for path in folder.iterdir())
 
 
-def one_line(answer: Answer, *words: str) -> None:
+def one_line(answer: Result, *words: str) -> None:
     """Check for exit code 1, one line on stderr with these keywords, and nothing on stdout."""
     assert answer.exit_code == 1
     assert answer.stdout == ""
@@ -52,6 +50,8 @@ def contents(folder: Path) -> dict[str, bytes]:
 @contextmanager
 def files_no_larger_than(size: int) -> Iterator[None]:
     """Make writing beyond a size fail, as on a full disk."""
+    import resource  # not on Windows
+
     former = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (size, former[1]))
     try:
