@@ -8,6 +8,7 @@ from conftest import needs_reference, reference
 
 from geomhw.errors import FormatError
 from geomhw.io import read, read_mesh
+from geomhw.mesh.primitives import icosphere
 
 SQUARE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0.5]])
 V = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 .5\n"
@@ -90,3 +91,14 @@ def test_what_is_wrong_is_named_with_its_line(tmp_path, text):
 def test_reference_meshes(name, n, m):
     mesh = read_mesh(reference(f"meshes/{name}"))
     assert (mesh.n_vertices, mesh.n_faces) == (n, m)
+
+
+@pytest.mark.parametrize("corner", ["{0}", "{0}//{0}", "{0}/{0}/{0}"])
+def test_many_faces_with_attributes(tmp_path, corner):
+    """A sphere to the bit, whatever stands beside the vertex of a corner."""
+    mesh = icosphere(2)
+    lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in mesh.vertices.tolist()]
+    lines += ["f " + " ".join(corner.format(i + 1) for i in face) for face in mesh.faces.tolist()]
+    found = read(load(tmp_path, "\n".join(lines))).mesh
+    assert found.vertices.tobytes() == mesh.vertices.tobytes()
+    np.testing.assert_array_equal(found.faces, mesh.faces)

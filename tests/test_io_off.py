@@ -1,5 +1,6 @@
 """OFF files: every dialect that is read gives the same square; everything else says what is wrong and where."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -7,9 +8,11 @@ import pytest
 from conftest import needs_reference, reference
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from test_numerals import as_text
 
 from geomhw.errors import FormatError
 from geomhw.io import read, read_mesh
+from geomhw.mesh.primitives import icosphere
 
 SQUARE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0.5]])
 BODY = "0 0 0\n1 0 0\n1 1 0\n0 1 5e-1\n3 0 1 2\n3 0 2 3\n"
@@ -120,3 +123,41 @@ def test_what_is_wrong_is_named_with_its_line(tmp_path, text):
 def test_reference_meshes(name, n, m):
     mesh = read_mesh(reference(f"meshes/{name}"))
     assert (mesh.n_vertices, mesh.n_faces) == (n, m)
+
+
+SPHERE = as_text(icosphere(3), "off")
+ENDS = {"newline": "\n", "blank": " \n", "blanks": "     \n", "carriage return": "\r\n", "both": " \r\n"}
+
+
+@pytest.mark.parametrize("end", ENDS)
+@pytest.mark.parametrize("head", ["OFF\n", "COFF # of four\n# and more\n\n", "OFF", "OFF "])
+def test_files_as_programs_write_them(tmp_path, head, end):
+    """Line ends of any program, comments in the header, no newline at the end, extra numbers in all lines alike."""
+    mesh = icosphere(3)
+    for text in (SPHERE, SPHERE + "\n\n", re.sub("(?m)^(3 .*)$", r"\1 255 0 0", SPHERE)):
+        found = read(load(tmp_path, text.replace("OFF\n", head).replace("\n", ENDS[end]))).mesh
+        assert found.vertices.tobytes() == mesh.vertices.tobytes()
+        np.testing.assert_array_equal(found.faces, mesh.faces)
+
+
+FAULTS = {
+    "face out of range": ("\n3 162 ", "\n3 642 ", "face names vertex 642, but there are 642"),
+    "a vertex twice": ("\n3 0 162 164\n", "\n3 0 164 164\n", "face names vertex 164 twice"),
+    "a count that is greater": ("\n642 1280 0\n", "\n642 1281 0\n", "ends after 1280 of 1281 faces"),
+    "one that is smaller": ("\n642 1280 0\n", "\n642 1279 0\n", "line 1924: the file goes on"),
+    "no number": ("\n3 0 162 164\n", "\n3 0 16_2 164\n", "'16_2' is not a number"),
+    "a bracket": ("\n3 0 162 164\n", "\n3 0 [162] 164\n", "'[162]' is not a number"),
+    "a comma": ("\n3 0 162 164\n", "\n3 0,162 164\n", "'0,162' is not a number"),
+    "a polygon of four in a line of three": ("\n3 638 641 159\n", "\n4 638 641 159\n", "says 4 corners, but 3 follow"),
+    "too few": ("\n3 0 162 164\n", "\n3 0 162\n", "says 3 corners, but 2 follow"),
+    "an index of more than four bytes": ("\n3 0 162 164\n", "\n3 0 162 4294967460\n", "vertex 4294967460"),
+}
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_faults_in_a_large_file_are_named(tmp_path, fault):
+    before, after, sentence = FAULTS[fault]
+    assert before in SPHERE
+    with pytest.raises(FormatError) as caught:
+        read(load(tmp_path, SPHERE.replace(before, after)))
+    assert sentence in str(caught.value)

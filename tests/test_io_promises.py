@@ -31,7 +31,7 @@ FOUND = Path(__file__).parent / "fuzz" / "found"
         ("vtp-a_block_that_unpacks_to_more_than_it_says", "a compressed block is not of the 120 bytes that are said"),
         ("vtp-a_document_type", "it has a document type"),
         ("vtp-four_coordinates", "has points of 4 coordinates"),
-        ("vtk-a_byte_of_300", "300 is none of the whole numbers of 1 bytes"),
+        ("vtk-a_byte_of_300", "300 is not an integer of 1 bytes"),
     ],
 )
 def test_the_reason_is_named(name: str, words: str) -> None:

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from geomhw.io.formats.decimal_parser import parse_numbers
+from geomhw.io.formats.number_parsing import parse_numbers
 
 _HEAD = re.compile(
     rb"%%MatrixMarket[ \t]+matrix[ \t]+(coordinate|array)[ \t]+(real|double|integer|complex|pattern)[ \t]+"
@@ -34,7 +34,7 @@ def read_market(data: bytes) -> Any:
 
 
 def _numbers(body: bytes, count: int, kind: type[Any]) -> NDArray[Any]:
-    values = parse_numbers(body, kind) if re.search(rb"\S", body) else np.empty(0, kind)
+    values = parse_numbers(body, kind)
     if values is None or len(values) != count:
         raise ValueError(f"{count} numbers are promised, but that is not what follows")
     return values

@@ -1,7 +1,6 @@
 """OFF files, in the text dialects that carry points in space: OFF with any of the prefixes ST, C and N."""
 
 import re
-from contextlib import suppress
 
 import numpy as np
 
@@ -10,49 +9,20 @@ from geomhw.errors import FormatError
 from geomhw.io.formats.assemble import Polygons, assemble
 from geomhw.io.formats.polygons import check_polygons, ragged
 from geomhw.io.formats.tokens import Lines, Numbers
-from geomhw.io.formats.uniform_lines import parse_lines
 from geomhw.results import Result
 
 # The counts may follow the keyword without a space, as in the files of ModelNet.
 _KEYWORD = re.compile(r"((?:ST)?C?N?)(4?n?)OFF(\d+)?|off")
-#: Headers as nearly all programs write them, comments between.
-_REGULAR = re.compile(rb"(?:ST)?C?N?OFF(?:[ \t\r\n]|#[^\r\n\0]*[\r\n])*(\d{1,18}) (\d{1,18})(?: \d{1,18})?[ \r]*\n")
 
 
 def read_off(name: str, data: bytes) -> Result:
     """Vertices and faces of an OFF file; numbers after the three coordinates, and colors of faces, are passed over."""
-    return assemble(name, "OFF", _regular(data) or _general(name, data), checked=True)
-
-
-def _regular(data: bytes) -> Polygons | None:
-    """What is in a file whose vertices are written alike, as are its faces; None of any other, and of a faulty one."""
-    head = _REGULAR.match(data)
-    if head is None:
-        return None
-    n, m = int(head[1]), int(head[2])
-    vertices = parse_lines(data, head.end(), n)
-    faces = parse_lines(data, vertices[1], m, whole=True) if vertices else None
-    if vertices is None or faces is None or data[faces[1] :].strip():
-        return None
-    points, corners = vertices[0], faces[0]
-    width = int(corners[0, 0])
-    if points.shape[1] < 3 or not 3 <= width < corners.shape[1] or (corners[:, 0] != width).any():
-        return None
-    polygons = Polygons(points[:, :3], corners[:, 1 : width + 1].ravel(), np.full(m, width, np.int32))
-    with suppress(FormatError):
-        check_polygons(polygons.corners, polygons.sizes, n, str)
-        return polygons
-    return None
-
-
-def _general(name: str, data: bytes) -> Polygons:
-    """What is in any file, or a FormatError that says what is wrong and where."""
     lines = Lines(name, data, comments=True)
     n, m, start = _header(lines)
     _check_length(lines, n, m, start)
     points = _vertices(lines, np.arange(start, start + n))
     corners, sizes = _faces(lines, np.arange(start + n, start + n + m), n)
-    return Polygons(points, corners, sizes)
+    return assemble(name, "OFF", Polygons(points, corners, sizes), checked=True)
 
 
 def _header(lines: Lines) -> tuple[int, int, int]:

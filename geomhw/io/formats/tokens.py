@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from geomhw.arrays import Ints
 from geomhw.errors import FormatError
-from geomhw.io.formats.decimal_parser import parse_numbers
+from geomhw.io.formats.number_parsing import parse_numbers
 
 _NUMBER = re.compile(rb"[+-]?(\d+\.?\d*([eE][+-]?\d+)?|\.\d+([eE][+-]?\d+)?|nan|inf(inity)?)", re.IGNORECASE)
 _TOKEN = re.compile(rb"[^\x00-\x20]+")

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from geomhw.arrays import Ints
 from geomhw.errors import FormatError
-from geomhw.io.formats.decimal_parser import converted, parse_numbers
+from geomhw.io.formats.number_parsing import parse_array
 from geomhw.io.formats.tokens import token_starts
 from geomhw.io.formats.vtk_cells import LINE, POLYGON, STRIP, VERTEX, Cells, Dataset, from_offsets, surface
 from geomhw.results import Result
@@ -138,12 +138,10 @@ class _Legacy:
         if first + count > len(self._starts):
             raise self._truncated()
         end = int(self._starts[first + count]) if first + count < len(self._starts) else len(self.data)
-        text = self.data[self._at : end]
-        parsed = parse_numbers(text, np.int64 if target.kind in "iu" else np.float64) if count else np.empty(0)
-        if parsed is None or len(parsed) != count:
-            raise FormatError(f"{self.name}: something among the numbers after line {self._number()} is not a number")
+        text = self.data[self._at : end] if count else b""
+        values = parse_array(text, target)
         self._at = end
-        return converted(parsed, target)
+        return values
 
     def _truncated(self) -> FormatError:
         return FormatError(f"{self.name} ends inside the array that starts after line {self._number()}")

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geomhw.errors import FormatError
-from geomhw.io.formats.decimal_parser import converted, parse_numbers
+from geomhw.io.formats.number_parsing import parse_array
 from geomhw.io.formats.vtk_cells import LINE, POLYGON, STRIP, VERTEX, Dataset, from_offsets, surface
 from geomhw.io.formats.xml_tree import parse_xml
 from geomhw.results import Cloud, Field, Result
@@ -144,7 +144,7 @@ class _Arrays:
         form = element.get("format", "ascii")
         text = (element.text or "").strip()
         if form == "ascii":
-            values = converted(self._text(element, text), kind.newbyteorder("="))
+            values = parse_array(text.encode(), kind.newbyteorder("="))
         else:
             if form == "appended":
                 block = memoryview(self.appended)[int(element.get("offset", "0")) :]
@@ -155,13 +155,6 @@ class _Arrays:
             values = np.frombuffer(raw, dtype=kind)
         width = int(element.get("NumberOfComponents") or 1)
         return values.reshape(-1, width) if width > 1 else values
-
-    def _text(self, element: Element, text: str) -> NDArray[Any]:
-        integers = element.get("type") in ("Int64", "UInt64")
-        values = parse_numbers(text.encode(), np.int64 if integers else np.float64) if text else np.empty(0)
-        if values is None:
-            raise FormatError(f"{self.name}: array '{element.get('Name')}' holds something that is not a number")
-        return values
 
     def _plain(self, coded: _Encoded) -> bytes:
         size = self.head.itemsize
