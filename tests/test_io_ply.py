@@ -186,7 +186,10 @@ WRONG = {
     "too long": (broken(LITTLE, extra=b"abc"), ["goes on after"]),
     "huge": (broken(LITTLE, ("face 2", "face 999999999999")), ["rows of element 'face'"]),
     "not a number": (broken("ascii").replace(b"0.25", b"zero"), ["line 22", "'zero'"]),
-    "not whole": (broken("ascii").replace(b"3 0 1 2 7", b"3 0 1 1.5 7"), ["'vertex_indices'", "integer of 4 bytes"]),
+    "not whole": (
+        broken("ascii").replace(b"3 0 1 2 7", b"3 0 1 1.5 7"),
+        ["'vertex_indices'", "1.5 is not an integer of 4 bytes"],
+    ),
     "list length": (broken("ascii").replace(b"3 0 1 2 7", b"-3 0 1 2 7"), ["face 0", "-3 is no length"]),
     "out of range": (broken("ascii").replace(b"3 0 1 2 7", b"3 0 1 9 7"), ["face 0", "vertex 9", "there are 5"]),
     "twice": (broken("ascii").replace(b"3 0 1 2 7", b"3 0 1 1 7"), ["face 0", "vertex 1 twice"]),

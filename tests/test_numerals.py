@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from geomhw.errors import FormatError
 from geomhw.io import read, write
 from geomhw.io.formats.number_parsing import parse_numbers
-from geomhw.io.formats.tokens import Lines
+from geomhw.io.formats.text_file import TextFile
 from geomhw.mesh.primitives import icosphere
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.results import Field, Result
@@ -81,7 +81,7 @@ def test_a_sign_alone_is_no_number(text: str) -> None:
 def test_a_line_with_one_is_named(token: str) -> None:
     """Far into a file, past the batches that parse."""
     text = "0.5 0.25 1\n" * 20000 + f"1 {token} 2\n"
-    lines = Lines("m.off", text.encode())
+    lines = TextFile("m.off", text.encode())
     with pytest.raises(FormatError, match=r"line 20001: '.*' is not a number"):
         lines.numbers(np.arange(20001))
 

@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from geomhw.arrays import Floats
 from geomhw.errors import FormatError
 from geomhw.io.formats import meshio_worker
-from geomhw.io.formats.assemble import Polygons, assemble
+from geomhw.io.formats.build_result import build_result
+from geomhw.io.formats.polygons import Polygons
 from geomhw.results import Result
 
 #: Extension to the name of the format, as the report gives it.
@@ -89,7 +90,7 @@ def surface(name: str, kind: str, found: dict[str, Any]) -> Result:
     blocks = [found.get(f"cells_{i}", np.empty(0)) for i in faces]
     if any(block.ndim != 2 or block.dtype.kind not in "iu" for block in blocks):
         raise FormatError(f"{name} holds faces without corners")
-    return assemble(
+    return build_result(
         name,
         kind,
         Polygons(

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from geomhw.arrays import Floats, Ints
 from geomhw.errors import FormatError
-from geomhw.io.formats.assemble import Arrays, Polygons, assemble
-from geomhw.io.formats.polygons import ragged
+from geomhw.io.formats.build_result import build_result
+from geomhw.io.formats.polygons import Arrays, Polygons, ranges
 from geomhw.results import Result
 
 #: Cells that are polygons with their corners in order.
@@ -77,14 +77,14 @@ def surface(name: str, kind: str, data: Dataset) -> Result:
     begins = np.cumsum(sizes) - sizes
     content = Polygons(
         points=data.points.reshape(-1, 3),
-        corners=corners[ragged(begins[is_face], sizes[is_face])] if others else corners,
+        corners=corners[ranges(begins[is_face], sizes[is_face])] if others else corners,
         sizes=sizes[is_face],
         vertex_arrays=data.vertex_arrays,
         face_arrays=_of_faces(name, data.cell_arrays, is_face),
         mesh_arrays=data.mesh_arrays,
         notes={"ignored": sorted(set(others.values()))} if others else {},
     )
-    return assemble(name, kind, content)
+    return build_result(name, kind, content)
 
 
 def _of_faces(name: str, arrays: Arrays, is_face: NDArray[np.bool_]) -> dict[str, NDArray[Any]]:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from geomhw.arrays import Ints
 from geomhw.errors import FormatError
 from geomhw.io.formats.number_parsing import parse_array
-from geomhw.io.formats.tokens import token_starts
+from geomhw.io.formats.text_file import token_starts
 from geomhw.io.formats.vtk_cells import LINE, POLYGON, STRIP, VERTEX, Cells, Dataset, from_offsets, surface
 from geomhw.results import Result
 
