@@ -118,7 +118,7 @@ def _check_diff(diff: Path, one: Path, other: Path) -> None:
 
 def _write_diff(diff: Path, one: Path, other: Path, spot: float | None) -> None:
     from geomhw.compare.pictures import HEAVIEST_SPOT, difference_picture
-    from geomhw.io.artifacts.image import read_png, write_png
+    from geomhw.io import read_png, write_png
 
     limit = HEAVIEST_SPOT if spot is None else spot
     write_png(diff, difference_picture(read_png(one), read_png(other), limit))

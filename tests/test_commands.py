@@ -15,8 +15,7 @@ from PIL import Image
 from test_render import needs_opengl
 
 from geomhw.compare import Ignored, Tolerance, compare_named
-from geomhw.io import read, write
-from geomhw.io.artifacts.table import read_csv
+from geomhw.io import read, read_csv, write
 from geomhw.mesh.primitives import grid, icosphere
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.results import Field

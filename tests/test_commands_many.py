@@ -18,7 +18,7 @@ from test_faults import files_no_larger_than
 
 from geomhw.geodesic.heat_method import HeatDistance
 from geomhw.geodesic.many_sources import block_size
-from geomhw.io.artifacts.table import read_csv
+from geomhw.io import read_csv
 from geomhw.mesh.primitives import grid, icosphere, torus
 from geomhw.mesh.surface_points import face_point, vertex_points
 
@@ -178,7 +178,7 @@ def test_interrupted_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
 
 KILLED = """
 import os, signal, sys
-import geomhw.io.artifacts.resumable_rows as partial
+import geomhw.io.artifacts.resumable_file as partial
 partial.INTERVAL = -1.0
 from test_commands_many import stopping
 from geomhw.geodesic.heat_method import HeatDistance
@@ -243,7 +243,7 @@ def test_no_room_beforehand(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(HeatDistance, "rows", None)
     answer = run(*ALL.split())
     assert answer.exit_code == 1
-    sentence = "it takes 346 kB, and there is room for 300 kB; make room, or write to another disk\n"
+    sentence = "it takes 0.346 MB, and there is room for 0.300 MB; make room, or write to another disk\n"
     assert answer.stderr == f"Error: cannot write D.npy: {sentence}"
     assert os.listdir() == ["mesh.off"]
 

@@ -21,9 +21,8 @@ from test_commands_flow import (
 )
 from test_render import needs_opengl
 
-from geomhw.io import read, read_cloud, write
+from geomhw.io import read, read_cloud, read_series, write
 from geomhw.io.artifacts import series as series_module
-from geomhw.io.artifacts.series import read_series
 from geomhw.results import Cloud
 
 TRACED = ("--tracers", "44")

@@ -12,8 +12,7 @@ from test_render import needs_opengl
 from geomhw.compare import compare_files
 from geomhw.compare.colors import delta_e, lab, over_white
 from geomhw.compare.pictures import NOTICEABLE, Difference, compare_pictures, difference_picture
-from geomhw.io import write_png
-from geomhw.io.artifacts.image import read_png
+from geomhw.io import read_png, write_png
 from geomhw.mesh.primitives import icosphere
 from geomhw.render import colors, glyphs, panels, scene
 from geomhw.render.annotate import font

@@ -12,7 +12,7 @@ import pytest
 from test_commands import run
 from test_render import needs_opengl
 
-from geomhw.io.artifacts.table import read_csv, write_csv
+from geomhw.io import read_csv, write_csv
 
 ROOT = Path(__file__).parents[1]
 EXAMPLE = ROOT / "examples" / "golden"

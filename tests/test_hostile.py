@@ -13,8 +13,7 @@ from hostile import BALL, HOSTILE
 from test_commands import in_empty_folder, run  # noqa: F401 - the fixture works on every test here
 
 from geomhw.geodesic.edge_paths import edge_path_distance
-from geomhw.io import read
-from geomhw.io.artifacts.table import read_csv
+from geomhw.io import read, read_csv
 from geomhw.mesh.triangle_mesh import TriangleMesh
 
 TURNING = ["advect", "m.off", "--field", "rigid:z", "--color", "x", "--dt", "0.05", "--steps", "2"]

@@ -18,11 +18,18 @@ from geomhw.flow.tangent_fields import energy
 from geomhw.fluid.conservative import ConservativeScheme
 from geomhw.fluid.run import Plan, run
 from geomhw.geodesic.heat_method import heat_distance
-from geomhw.io import read, read_mesh, write
-from geomhw.io.artifacts.checkpoint import read_checkpoint, write_checkpoint
-from geomhw.io.artifacts.matrix import UNNAMED, read_arrays, write_matrix
-from geomhw.io.artifacts.series import SeriesWriter, read_series
-from geomhw.io.artifacts.table import read_csv, write_csv
+from geomhw.io import (
+    SeriesWriter,
+    read,
+    read_checkpoint,
+    read_csv,
+    read_mesh,
+    read_series,
+    write,
+    write_checkpoint,
+    write_csv,
+)
+from geomhw.io.artifacts.matrices import UNNAMED, read_arrays, write_matrix
 from geomhw.mesh.primitives import grid, icosphere, strip, torus
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.operators.connection_laplacian import connection_stiffness

@@ -12,13 +12,22 @@ import scipy.sparse as sp
 from PIL import Image
 
 from geomhw.errors import FieldError, FormatError, RenderError
-from geomhw.io import read, read_cloud, write_cloud
+from geomhw.io import (
+    Frame,
+    SeriesWriter,
+    read,
+    read_checkpoint,
+    read_cloud,
+    read_series,
+    require_mp4,
+    write_checkpoint,
+    write_cloud,
+    write_csv,
+    write_gif,
+    write_matrix,
+    write_mp4,
+)
 from geomhw.io.artifacts import series
-from geomhw.io.artifacts.checkpoint import read_checkpoint, write_checkpoint
-from geomhw.io.artifacts.film import require_mp4, write_gif, write_mp4
-from geomhw.io.artifacts.matrix import write_matrix
-from geomhw.io.artifacts.series import Frame, SeriesWriter, read_series
-from geomhw.io.artifacts.table import write_csv
 from geomhw.mesh.primitives import icosphere
 from geomhw.results import Cloud, Field, Result
 

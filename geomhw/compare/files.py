@@ -87,28 +87,28 @@ def _series(a: Path, b: Path, tolerance: Tolerance, ignored: Ignored) -> list[Fi
 
 def _tables(a: Path, b: Path, tolerance: Tolerance, ignored: Ignored) -> list[Finding]:
     from geomhw.compare.arrays import compare_named
-    from geomhw.io.artifacts.table import read_csv
+    from geomhw.io import read_csv
 
     return compare_named("column", _load(read_csv, a), _load(read_csv, b), tolerance, ignored)
 
 
 def _documents(a: Path, b: Path, tolerance: Tolerance, ignored: Ignored) -> list[Finding]:
     from geomhw.compare.documents import compare_documents
-    from geomhw.io.artifacts.document import read_json
+    from geomhw.io import read_json
 
     return compare_documents(_load(read_json, a), _load(read_json, b), tolerance, ignored)
 
 
 def _arrays(a: Path, b: Path, tolerance: Tolerance, ignored: Ignored) -> list[Finding]:
     from geomhw.compare.matrices import compare_matrices
-    from geomhw.io.artifacts.matrix import read_arrays
+    from geomhw.io import read_arrays
 
     return compare_matrices(_load(read_arrays, a), _load(read_arrays, b), tolerance, ignored)
 
 
 def _pictures(a: Path, b: Path, heaviest_spot: float | None) -> Finding:
     from geomhw.compare.pictures import HEAVIEST_SPOT, compare_pictures
-    from geomhw.io.artifacts.image import read_png
+    from geomhw.io import read_png
 
     limit = HEAVIEST_SPOT if heaviest_spot is None else heaviest_spot
     return compare_pictures(_load(read_png, a), _load(read_png, b), limit)

@@ -33,20 +33,18 @@ def _header(text: TextFile) -> tuple[int, int, int]:
     if not len(text):
         raise FormatError(f"{text.name} holds nothing but blank lines and comments")
     tokens, line = text.tokens(0), 0
-    keyword = _KEYWORD.fullmatch(tokens[0])
-    if keyword:
+    if keyword := _KEYWORD.fullmatch(tokens[0]):
         if keyword[2]:
             raise FormatError(
                 f"{text.place(0)}: {tokens[0]} holds points of another dimension than 3; write it as plain OFF"
             )
-        tokens = ([keyword[3]] if keyword[3] else []) + tokens[1:]
+        tokens = [*filter(None, [keyword[3]]), *tokens[1:]]
         if tokens and tokens[0].upper() == "BINARY":
             raise FormatError(f"{text.place(0)}: binary OFF is not read; write it as text, or as PLY")
         if not tokens:
-            line = 1
             if len(text) == 1:
                 raise FormatError(f"{text.name} ends after its header, before the numbers of vertices and faces")
-            tokens = text.tokens(1)
+            tokens, line = text.tokens(1), 1
     elif not re.fullmatch(r"[+-]?[\d.]+", tokens[0]):
         raise FormatError(f"{text.place(0)}: '{tokens[0]}' does not start an OFF file (OFF, COFF, NOFF, STOFF)")
     return (*_counts(text.place(line), tokens), line + 1)

@@ -141,16 +141,11 @@ class TextFile:
         """The text of some lines, with a keyword of some length blanked in each."""
         low, high = int(lines[0]), int(lines[-1]) + 1
         bounds = self._heads[low : high + 1]
-        text = bytes(self._text[bounds[0] : bounds[-1]])
-        if high - low == len(lines) and not keyword:
-            return text
-        letters = np.frombuffer(text, np.uint8).copy()
+        letters = np.frombuffer(self._text, np.uint8)[bounds[0] : bounds[-1]].copy()
         for i in range(keyword):
             letters[self._heads[lines] - bounds[0] + i] = _SPACE
         if high - low > len(lines):
-            chosen = np.zeros(high - low, dtype=bool)
-            chosen[lines - low] = True
-            letters = letters[np.repeat(chosen, np.diff(bounds))]
+            letters = letters[np.repeat(np.isin(np.arange(low, high), lines), np.diff(bounds))]
         return letters.tobytes()
 
     def _place(self, offset: int) -> str:
@@ -189,17 +184,11 @@ def _blocks(text: bytes | bytearray) -> Iterator[tuple[int, int]]:
 
 def _token_lines(letters: NDArray[np.uint8]) -> tuple[Ints, Ints]:
     """For each line with tokens, the offset of the first one and the number of them."""
-    blank = np.ones(len(letters) + 1, dtype=bool)
-    np.less_equal(letters, _SPACE, out=blank[1:])
-    marks = letters == _NEWLINE
-    marks |= blank[:-1] > blank[1:]  # starts of tokens
-    at = np.flatnonzero(marks)
-    ends = np.flatnonzero(letters[at] == _NEWLINE)
-    if not len(ends) or ends[-1] != len(at) - 1:
-        ends = np.append(ends, len(at))  # the last line may have no newline
-    counts = np.diff(ends, prepend=-1) - 1
+    starts = token_starts(letters)
+    tokens_before = np.searchsorted(starts, np.append(np.flatnonzero(letters == _NEWLINE), len(letters)))
+    counts = np.diff(tokens_before, prepend=0)
     filled = counts > 0
-    return at[(ends - counts)[filled]], counts[filled]
+    return starts[(tokens_before - counts)[filled]], counts[filled]
 
 
 def token_starts(letters: NDArray[np.uint8]) -> Ints:

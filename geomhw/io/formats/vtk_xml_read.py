@@ -26,11 +26,8 @@ from geomhw.results import Cloud, Field, Result
 
 #: Bytes that the highest level of LZMA takes to unpack; a file may ask for gigabytes.
 _LZMA_MEMORY = 70 << 20
-_UNPACKERS: dict[str | None, Callable[[], Any] | None] = {
-    None: None,
-    "vtkZLibDataCompressor": zlib.decompressobj,
-    "vtkLZMADataCompressor": partial(lzma.LZMADecompressor, memlimit=_LZMA_MEMORY),
-}
+_UNPACKERS: dict[str | None, Callable[[], Any] | None] = {None: None, "vtkZLibDataCompressor": zlib.decompressobj}
+_UNPACKERS["vtkLZMADataCompressor"] = partial(lzma.LZMADecompressor, memlimit=_LZMA_MEMORY)
 _DAMAGE = (ElementTree.ParseError, ValueError, KeyError, IndexError, EOFError, zlib.error, lzma.LZMAError, MemoryError)
 _TYPES = {f"{word}{8 * size}": f"{kind}{size}" for word, kind in (("Int", "i"), ("UInt", "u")) for size in (1, 2, 4, 8)}
 _TYPES |= {"Float32": "f4", "Float64": "f8"}
