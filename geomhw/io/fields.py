@@ -17,8 +17,6 @@ from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.options import Location
 from geomhw.results import Field
 
-_UNREADABLE = (OSError, UnicodeDecodeError, csv.Error)
-
 
 def read_field(spec: str, mesh: TriangleMesh) -> Field:
     """Read one array on the vertices or the faces of a mesh.
@@ -42,6 +40,18 @@ def read_field(spec: str, mesh: TriangleMesh) -> Field:
         If the file or the array does not exist, has another number of rows, or values that are not finite real numbers.
     FormatError
         If the file cannot be read.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> import numpy as np
+    >>> from geomhw.io import read_field
+    >>> from geomhw.mesh.primitives import icosphere
+    >>> mesh = icosphere(1)
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     np.save(f"{folder}/u.npy", np.zeros(mesh.n_faces))
+    ...     read_field(f"{folder}/u.npy", mesh).location
+    'face'
     """
     path, key = _split(spec)
     extension = path.suffix.lower()
@@ -97,10 +107,10 @@ def _from_numpy(path: Path, key: str) -> NDArray[Any]:
     is_npz = path.suffix.lower() == ".npz"
     if isinstance(stored, np.ndarray):
         if is_npz:
-            raise FieldError(f"{path.name} is not an archive of arrays, whatever its name says; is it a .npy file?")
+            raise FieldError(f"{path.name} is not an archive of arrays; is it a .npy file?")
         return stored
     if not is_npz:
-        raise FieldError(f"{path.name} is an archive of arrays, whatever its name says; is it a .npz file?")
+        raise FieldError(f"{path.name} is an archive of arrays; is it a .npz file?")
     return stored[_choose(path, key, list(stored))]
 
 
@@ -111,32 +121,28 @@ def _from_csv(path: Path, key: str) -> NDArray[Any]:
             header = [name.strip() for name in next(csv.reader(stream), [])]
             wanted = [key] if key in header else key.split(",")
             columns = [header.index(_choose(path, name.strip(), header)) for name in wanted]
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore", UserWarning)  # of no rows, whose number is checked later
-                values = np.loadtxt(stream, delimiter=",", usecols=columns, ndmin=2, quotechar='"', comments=None)
-    except _UNREADABLE as error:
+            try:
+                with warnings.catch_warnings():
+                    warnings.simplefilter("ignore", UserWarning)  # of no rows, whose number is checked later
+                    values = np.loadtxt(stream, delimiter=",", usecols=columns, ndmin=2, quotechar='"', comments=None)
+            except ValueError as error:
+                raise FieldError(f"{path.name}: {_bad_cell(path, header, columns) or error}") from error
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise FieldError(f"{path.name} cannot be read as a table: {error}") from error
-    except ValueError as error:
-        raise FieldError(f"{path.name}: {_bad_cell(path, header, columns) or error}") from error
     return values[:, 0] if len(columns) == 1 else values
 
 
 def _bad_cell(path: Path, header: list[str], columns: list[int]) -> str:
     """Describe the first cell of some columns that is not a number; slow, and only for a message."""
-    try:
-        with path.open(newline="", encoding="utf-8-sig") as stream:
-            rows = enumerate(islice(filter(None, csv.reader(stream)), 1, None))
-            for number, row in rows:
-                for column in columns:
-                    name = header[column]
-                    if column >= len(row):
-                        return f"row {number} ends before column '{name}'"
-                    try:
-                        float(row[column])
-                    except ValueError:
-                        return f"row {number} of column '{name}' is '{row[column]}', which is not a number"
-    except _UNREADABLE as error:
-        return f"it cannot be read as a table: {error}"
+    with path.open(newline="", encoding="utf-8-sig") as stream:
+        for number, row in enumerate(islice(filter(None, csv.reader(stream)), 1, None)):
+            for column in columns:
+                if column >= len(row):
+                    return f"row {number} ends before column '{header[column]}'"
+                try:
+                    float(row[column])
+                except ValueError:
+                    return f"row {number} of column '{header[column]}' is '{row[column]}', which is not a number"
     return ""
 
 

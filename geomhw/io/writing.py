@@ -34,6 +34,19 @@ def write(result: Result, paths: str | Path | Sequence[str | Path]) -> None:
         If a file cannot be written; see `check_outputs`.
     FieldError
         If a field has no name, the name of another field at the same location, or values that are not real numbers.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from geomhw.io import read, write
+    >>> from geomhw.mesh.primitives import icosphere
+    >>> from geomhw.results import Field, Result
+    >>> mesh = icosphere(1)
+    >>> result = Result(mesh, [Field("height", "vertex", mesh.vertices[:, 2])])
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write(result, [f"{folder}/ball.vtp", f"{folder}/ball.ply"])
+    ...     read(f"{folder}/ball.ply")["height"].shape
+    (42,)
     """
     targets = [paths] if isinstance(paths, str | Path) else list(paths)
     check_outputs(targets)

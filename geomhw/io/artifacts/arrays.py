@@ -30,7 +30,7 @@ def read_numpy(data: bytes) -> NDArray[Any] | dict[str, NDArray[Any]]:
         for member in archive.infolist():
             if member.filename.endswith(".npy"):
                 if not 0 <= member.compress_size <= len(data) or member.file_size > _largest(member):
-                    raise ValueError(f"'{member.filename}' is said to be larger than it can be")
+                    raise ValueError(f"'{member.filename}' is declared larger than its packed bytes can be")
                 with archive.open(member) as stream:
                     found[member.filename.removesuffix(".npy")] = _read_array(stream, member.file_size)
     return found

@@ -31,10 +31,12 @@ def write_matrix(path: str | Path, matrix: Any) -> None:
 
     Examples
     --------
+    >>> import tempfile
     >>> import scipy.sparse as sp
     >>> from geomhw.io import read_arrays, write_matrix
-    >>> write_matrix("identity.mtx", sp.eye_array(3))
-    >>> read_arrays("identity.mtx")["values"].nnz
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write_matrix(f"{folder}/identity.mtx", sp.eye_array(3))
+    ...     read_arrays(f"{folder}/identity.mtx")["values"].nnz
     3
     """
     from scipy.sparse import csr_array

@@ -49,6 +49,15 @@ def read_csv(path: str | Path) -> dict[str, NDArray[Any]]:
     ------
     FormatError
         If the file cannot be read, two columns have the same name, or a row has a cell too many or too few.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from geomhw.io import read_csv, write_csv
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write_csv(f"{folder}/t.csv", [{"step": 1, "energy": 0.5}, {"step": 2, "energy": 0.25}])
+    ...     read_csv(f"{folder}/t.csv")["energy"].tolist()
+    [0.5, 0.25]
     """
     path = Path(path)
     data = read_bytes(path)
