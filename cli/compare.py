@@ -119,6 +119,6 @@ def _check_diff(diff: Path, one: Path, other: Path) -> None:
 
 def _write_diff(diff: Path, one: Path, other: Path, spot: float) -> None:
     from geomhw.compare.pictures import difference_picture
-    from geomhw.io.artifacts.image import read_png, write_png
+    from geomhw.io.artifacts.images import read_png, write_png
 
     write_png(diff, difference_picture(read_png(one), read_png(other), spot))

@@ -42,8 +42,7 @@ def operators(mesh_path: Path, output: Path, quiet: bool, **flags: bool) -> None
       geomhw operators data/torus.off --connection -o C.npz
     """
     from geomhw import operators as library
-    from geomhw.io import check_outputs, read_mesh
-    from geomhw.io.artifacts.matrix import WRITABLE_MATRICES, write_matrix
+    from geomhw.io import WRITABLE_MATRICES, check_outputs, read_mesh, write_matrix
 
     asked = [name for name in OPERATORS if flags[name.replace("-", "_")]]
     if len(asked) != 1:

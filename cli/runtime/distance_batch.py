@@ -17,7 +17,7 @@ from geomhw_cli.specs.queries import DistanceQueries
 if TYPE_CHECKING:
     from geomhw.arrays import Floats
     from geomhw.geodesic.heat_method import HeatDistance
-    from geomhw.io.artifacts.resumable_rows import ResumableFile
+    from geomhw.io import ResumableFile
     from geomhw.mesh.triangle_mesh import TriangleMesh
 
 
@@ -98,8 +98,7 @@ class DistanceBatch:
         from math import prod
 
         from geomhw import __version__
-        from geomhw.io.artifacts.numpy_file import npy_header
-        from geomhw.io.artifacts.resumable_rows import ResumableFile
+        from geomhw.io import ResumableFile, npy_header
 
         run = {
             "version": __version__,
@@ -140,8 +139,7 @@ class DistanceBatch:
         """Distances in the order of the lines."""
         import numpy as np
 
-        from geomhw.io import replacing
-        from geomhw.io.artifacts.numpy_file import npy_header, read_numpy
+        from geomhw.io import npy_header, read_numpy, replacing
 
         distances = np.empty(len(asked.lines), dtype=self.kind)
         distances[asked.lines] = read_numpy(partial.bytes_so_far())

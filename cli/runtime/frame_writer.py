@@ -12,7 +12,7 @@ from geomhw_cli.runtime.background_writer import BackgroundWriter
 from geomhw_cli.runtime.job import Job
 
 if TYPE_CHECKING:
-    from geomhw.io.artifacts.series import SeriesWriter
+    from geomhw.io import SeriesWriter
     from geomhw.results import Cloud, Result
 
 #: Pictures on a contact sheet, at most.
@@ -78,9 +78,7 @@ class FrameWriter:
     ) -> "FrameWriter":
         """Check all names, and that films can be made here, before any work is done."""
         from geomhw.errors import FormatError
-        from geomhw.io import check_outputs
-        from geomhw.io.artifacts.film import require_mp4
-        from geomhw.io.artifacts.series import SeriesWriter
+        from geomhw.io import SeriesWriter, check_outputs, require_mp4
         from geomhw.render.offscreen import prepare
 
         output = output or Path(f"{job.mesh_path.stem}.{job.command}.pvd")
@@ -124,7 +122,7 @@ class FrameWriter:
         self.background(piece)
 
     def _write_table(self) -> None:
-        from geomhw.io.artifacts.table import write_csv
+        from geomhw.io import write_csv
 
         if csv := self.films.get("csv"):
             write_csv(csv, self.rows)
@@ -137,8 +135,7 @@ class FrameWriter:
         picture: from results, and their tracers if there are any, to a picture each, all of one size. sheet: from
         pictures to one with all of them.
         """
-        from geomhw.io import read, read_cloud, write_png
-        from geomhw.io.artifacts.film import write_gif, write_mp4
+        from geomhw.io import read, read_cloud, write_gif, write_mp4, write_png
 
         frames, folder = self.series.frames, self.series.path.parent
         self.job.written += [str(self.series.path), str(self.series.index)]

@@ -87,8 +87,7 @@ class Job:
 
     def write(self, result: "Result", picture: "Callable[[Result], Any] | None" = None) -> None:
         """Write the data files, all or none; then the picture, so that a failure to draw loses no data."""
-        from geomhw.io import write
-        from geomhw.io.artifacts.image import write_png
+        from geomhw.io import write, write_png
 
         with self.stage("write"):
             write(result, self.outputs)

@@ -17,7 +17,7 @@ def save_state(writer: FrameWriter, mesh: "TriangleMesh", state: "FlowState", ch
     """Write what another run needs to go on from this state to the same numbers."""
     import numpy as np
 
-    from geomhw.io.artifacts.checkpoint import write_checkpoint
+    from geomhw.io import write_checkpoint
 
     description = {
         "run": _run_of(choices),
@@ -40,8 +40,7 @@ def resumed(writer: FrameWriter, mesh: "TriangleMesh", path: Path, choices: dict
     """
     from geomhw.errors import FormatError
     from geomhw.fluid.state import FlowState
-    from geomhw.io.artifacts.checkpoint import read_checkpoint
-    from geomhw.io.artifacts.series import read_series
+    from geomhw.io import read_checkpoint, read_series
 
     description, arrays = read_checkpoint(path)
     wanted = {"run": dict, "mesh": str, "step": int, "time": float, "columns": list}

@@ -94,7 +94,7 @@ class SourceSpecs:
 
 def source_lines(path: Path) -> list[SourceSpecs]:
     """What each line of a file names, as a set of its own. FormatError for a bad file."""
-    from geomhw.io.text_lines import read_lines
+    from geomhw.io import read_lines
 
     return [SourceSpecs(_of_line(path, number, line)) for number, line in read_lines(path)]
 
@@ -102,7 +102,7 @@ def source_lines(path: Path) -> list[SourceSpecs]:
 def source_pairs(path: Path) -> list[tuple[SourceSpecs, SourceSpecs, str, tuple[str, str]]]:
     """The two that each line of a file names, with a blank, or between numbers a comma, between them, where they stand,
     and in what words; equal words give the same object. FormatError for a bad file."""
-    from geomhw.io.text_lines import read_lines
+    from geomhw.io import read_lines
 
     pairs, known = [], dict[str, SourceSpecs]()
     for number, line in read_lines(path):
@@ -124,7 +124,7 @@ def _of_text(text: str) -> list[Spec]:
 
 
 def _of_file(path: Path) -> list[Spec]:
-    from geomhw.io.text_lines import read_lines
+    from geomhw.io import read_lines
 
     return [spec for number, line in read_lines(path) for spec in _of_line(path, number, line)]
 

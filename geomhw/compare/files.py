@@ -12,10 +12,10 @@ from geomhw.compare.pictures import compare_pictures
 from geomhw.compare.rules import DEFAULT_IGNORED, HEAVIEST_SPOT, Ignored, Tolerance
 from geomhw.errors import FormatError, GeomhwError
 from geomhw.io import READABLE, read
-from geomhw.io.artifacts.document import read_json
-from geomhw.io.artifacts.image import read_png
-from geomhw.io.artifacts.matrix import read_arrays
-from geomhw.io.artifacts.table import read_csv
+from geomhw.io.artifacts.images import read_png
+from geomhw.io.artifacts.matrices import read_arrays
+from geomhw.io.artifacts.tables import read_csv
+from geomhw.io.file_content import read_json
 
 #: Kind of a file by its extension; every other readable extension is a mesh.
 KINDS = {

@@ -39,8 +39,7 @@ def compare_series(one: Path, other: Path, tolerance: Tolerance, ignored: Ignore
     Series of unequal length are compared over their common frames. Tracers are left out. Raises FormatError if a frame
     cannot be read.
     """
-    from geomhw.io import read
-    from geomhw.io.artifacts.series import read_series
+    from geomhw.io import read, read_series
 
     a, b = read_series(one), read_series(other)
     if not a or not b:

@@ -1,4 +1,4 @@
-"""Read meshes and fields from files; write results, whole or not at all."""
+"""Read meshes, fields and tables from files; write results atomically."""
 
 import lazy_loader
 

@@ -1,15 +1,14 @@
-"""Files that are whole or absent: written under a temporary name beside their target, then renamed."""
+"""Atomic writes: files are written under a temporary name beside their target, then renamed, all of them or none."""
 
-import contextlib
 import errno
 import os
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from geomhw.errors import FormatError
 
-#: What to do about an error of the system.
+#: Advice for errors of the operating system.
 _ADVICE = [
     ({errno.ENOSPC, errno.EDQUOT}, "make room, or write to another disk"),
     ({errno.EACCES, errno.EPERM, errno.EROFS}, "write to a folder that you may write to"),
@@ -20,106 +19,124 @@ _ADVICE = [
 
 @contextmanager
 def replacing(paths: Sequence[str | Path]) -> Iterator[list[Path]]:
-    """Temporary siblings to write to; on leaving, they take the places of ``paths``, all of them or none.
+    """Write files atomically: yield temporary files, which replace the targets when the block ends.
 
-    On any exception, an interrupt too, the temporaries are removed and what was there before is there again.
-    OSError (a full disk, a read-only folder) becomes a FormatError. A symbolic link stays one: its target is replaced.
+    On any exception, interrupts included, the temporary files are removed and the targets stay as they were. The
+    target of a symbolic link is replaced, not the link.
 
-    >>> with replacing(["out.json"]) as (temporary,):  # doctest: +SKIP
-    ...     temporary.write_text("{}")
+    Parameters
+    ----------
+    paths
+        Targets, in existing folders.
+
+    Yields
+    ------
+    Empty files in the folders of the targets, with the same extensions.
+
+    Raises
+    ------
+    FormatError
+        If a target cannot be written; errors of the operating system (a full disk, a read-only folder) become one.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> from geomhw.io import replacing
+    >>> target = Path(tempfile.mkdtemp()) / "out.json"
+    >>> with replacing([target]) as (temporary,):
+    ...     _ = temporary.write_text("{}")
+    >>> target.read_text()
+    '{}'
     """
     targets = [Path(os.path.realpath(path)) for path in paths]
     temporaries = [_sibling(target, "unfinished") for target in targets]
     try:
         for target, temporary in zip(targets, temporaries, strict=True):
-            if reason := why_not_written(target):
+            if reason := why_not_writable(target):
                 raise FormatError(f"cannot write {target.name}: {reason}")
-            # Not tempfile, whose files only their owner may read: these bits are the ones the umask leaves.
+            # Not tempfile, whose files only their owner may read: the umask decides on permissions.
             os.close(os.open(temporary, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
         yield temporaries
         for temporary in temporaries:
-            _flush_to_disk(temporary)
+            with temporary.open("r+b") as stream:
+                os.fsync(stream.fileno())
         _rename_all(temporaries, targets)
     except OSError as error:
-        raise FormatError(_sentence(error, temporaries, targets)) from error
+        names = {os.fspath(temporary): target.name for temporary, target in zip(temporaries, targets, strict=True)}
+        raise _write_error(error, names.get(error.filename, ", ".join(names.values()))) from error
     finally:
-        for temporary in temporaries:
-            with contextlib.suppress(OSError):
-                temporary.unlink()
+        _remove(temporaries)
 
 
-def why_not_written(path: Path) -> str:
-    """What forbids to put a file in this place, or ""; a device, say, would give way to the file."""
+def why_not_writable(path: Path) -> str:
+    """Return why a file cannot be written at this path, or ""."""
     target = Path(os.path.realpath(path))
     if target.is_dir():
         return "it is a folder"
     if target.is_symlink():
         return "it is a link that leads to itself"
-    if target.exists() and not target.is_file():
+    if target.exists() and not target.is_file():  # a file would take the place of the device
         return "it is a device or a pipe; write to a file"
     if not target.parent.is_dir():
         return f"there is no folder {path.parent if target.name == path.name else target.parent}"
     return ""
 
 
+@contextmanager
+def reporting_errors(path: Path) -> Iterator[None]:
+    """Turn an OSError into a FormatError that says that a file cannot be written, why, and what to do."""
+    try:
+        yield
+    except OSError as error:
+        raise _write_error(error, path.name) from error
+
+
+def _write_error(error: OSError, name: str) -> FormatError:
+    advice = next((f"; {words}" for numbers, words in _ADVICE if error.errno in numbers), "")
+    return FormatError(f"cannot write {name}: {error.strerror or error}{advice}")
+
+
 def _sibling(target: Path, what: str) -> Path:
     """An unused hidden name in the same folder (rename works within a file system), with the same extension.
 
-    what: "unfinished" or "former"; a process that is killed leaves such a file behind, and its name says so.
+    what: "unfinished" or "former", for the file that a killed process leaves behind.
     """
     return target.with_name(f".{target.stem[:40]}.{what}-{os.urandom(4).hex()}{target.suffix}")
 
 
-def _flush_to_disk(path: Path) -> None:
-    handle = os.open(path, os.O_RDWR)
-    try:
-        os.fsync(handle)
-    finally:
-        os.close(handle)
+def _remove(paths: Sequence[Path]) -> None:
+    for path in paths:
+        with suppress(OSError):
+            path.unlink()
 
 
 def _rename_all(temporaries: Sequence[Path], targets: Sequence[Path]) -> None:
-    """Rename all, or put back what was there and raise."""
+    """Rename all, or restore the targets and raise."""
     backups = [_sibling(target, "former") if target.exists() and len(targets) > 1 else None for target in targets]
     done = 0
     try:
         for target, backup in zip(targets, backups, strict=True):
-            if backup is not None:
-                _second_name(target, backup)
+            if backup:
+                _link_or_copy(target, backup)
         for temporary, target in zip(temporaries, targets, strict=True):
             os.replace(temporary, target)
             done += 1
     except BaseException:
         for target, backup in zip(targets[:done], backups[:done], strict=True):
-            if backup is None:
-                target.unlink()
-            else:
+            if backup:
                 os.replace(backup, target)
+            else:
+                target.unlink()
         raise
     finally:
-        for backup in filter(None, backups):
-            with contextlib.suppress(OSError):
-                backup.unlink()
+        _remove([backup for backup in backups if backup])
 
 
-def _second_name(target: Path, backup: Path) -> None:
+def _link_or_copy(target: Path, backup: Path) -> None:
     try:
         os.link(target, backup)
     except OSError:  # a file system without hard links
         import shutil
 
         shutil.copy2(target, backup)
-
-
-def _sentence(error: OSError, temporaries: Sequence[Path], targets: Sequence[Path]) -> str:
-    """The target that the error is about, under the name that the user knows, and the system's reason."""
-    named = [
-        t.name for temporary, t in zip(temporaries, targets, strict=True) if error.filename == os.fspath(temporary)
-    ]
-    return disk_sentence(error, ", ".join(named or [target.name for target in targets]))
-
-
-def disk_sentence(error: OSError, name: str) -> str:
-    """Why a file of that name cannot be written, and what to do."""
-    advice = next((f"; {words}" for numbers, words in _ADVICE if error.errno in numbers), "")
-    return f"cannot write {name}: {error.strerror or error}{advice}"

@@ -1,30 +1,53 @@
-"""The one way out: a result, and the files to write it to, all of them or none."""
+"""Writing results: all of the files, or none of them."""
 
 import os
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Collection, Sequence
 from pathlib import Path
 
 import numpy as np
 
 from geomhw.errors import FieldError, FormatError
-from geomhw.io.atomic import replacing, why_not_written
+from geomhw.io.atomic import replacing, why_not_writable
 from geomhw.io.formats.ply_write import write_ply
-from geomhw.io.formats.vtk_write import write_legacy_vtk, write_vtp, write_vtp_cloud, write_vtu
+from geomhw.io.formats.vtk_write import write_vtk
+from geomhw.io.formats.vtk_xml_write import write_vtp, write_vtp_cloud, write_vtu
 from geomhw.results import Cloud, Result
 
-_WRITERS: dict[str, Callable[[Result, Path], None]] = {
-    ".vtk": write_legacy_vtk,
-    ".vtp": write_vtp,
-    ".vtu": write_vtu,
-    ".ply": write_ply,
-}
-
+_WRITERS = {".vtk": write_vtk, ".vtp": write_vtp, ".vtu": write_vtu, ".ply": write_ply}
 #: Extensions that ``write`` knows.
 WRITABLE = tuple(_WRITERS)
 
 
 def write(result: Result, paths: str | Path | Sequence[str | Path]) -> None:
-    """Write the mesh and its fields to every path, or, on any failure, leave all of them as they were."""
+    """Write a mesh and its fields to one or several files; equal results give equal bytes.
+
+    Parameters
+    ----------
+    result
+        Mesh, fields of real numbers; the report is not written.
+    paths
+        Files with the extensions ``WRITABLE``. On any error, all of them stay as they were.
+
+    Raises
+    ------
+    FormatError
+        If a file cannot be written; see `check_outputs`.
+    FieldError
+        If a field has no name, the name of another field at the same location, or values that are not real numbers.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from geomhw.io import read, write
+    >>> from geomhw.mesh.primitives import icosphere
+    >>> from geomhw.results import Field, Result
+    >>> mesh = icosphere(1)
+    >>> result = Result(mesh, [Field("height", "vertex", mesh.vertices[:, 2])])
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write(result, [f"{folder}/ball.vtp", f"{folder}/ball.ply"])
+    ...     read(f"{folder}/ball.ply")["height"].shape
+    (42,)
+    """
     targets = [paths] if isinstance(paths, str | Path) else list(paths)
     check_outputs(targets)
     _check_fields(result)
@@ -34,7 +57,7 @@ def write(result: Result, paths: str | Path | Sequence[str | Path]) -> None:
 
 
 def write_cloud(cloud: Cloud, path: str | Path) -> None:
-    """Write points and their fields to a ``.vtp``, whole or not at all."""
+    """Write points and their fields to a ``.vtp`` file atomically; errors are those of `write`."""
     check_outputs([path], extensions=[".vtp"])
     _check_fields(cloud)
     with replacing([path]) as (temporary,):
@@ -44,24 +67,35 @@ def write_cloud(cloud: Cloud, path: str | Path) -> None:
 def check_outputs(
     paths: Sequence[str | Path], inputs: Sequence[str | Path] = (), *, extensions: Collection[str] = WRITABLE
 ) -> None:
-    """FormatError where writing to ``paths`` could not end well, to be found out before hours of computing.
+    """Check that files can be written, before the computation that fills them.
 
-    An extension that is not among ``extensions``, a folder that does not exist, a target that is a folder or a device,
-    two targets that are one file, a target that is an input (under whatever name).
+    Parameters
+    ----------
+    paths
+        Files to write.
+    inputs
+        Files that must not be overwritten, under any name.
+    extensions
+        Allowed extensions, lower case.
+
+    Raises
+    ------
+    FormatError
+        If an extension is not allowed, a folder does not exist, a target is a folder or a device, two targets are the
+        same file, or a target is an input.
     """
     for i, path in enumerate(paths):
-        target = Path(path)
-        if target.suffix.lower() not in extensions:
-            said = (
-                f"'{target.suffix}' is not a format that is written" if target.suffix else "the name has no extension"
-            )
-            raise FormatError(f"cannot write {path}: {said} here; known are {' '.join(extensions)}")
-        if reason := why_not_written(target):
+        suffix = Path(path).suffix
+        reason = why_not_writable(Path(path))
+        if suffix.lower() not in extensions:
+            kind = f"'{suffix}' is not a format that is written" if suffix else "the name has no extension"
+            reason = f"{kind} here; known are {' '.join(extensions)}"
+        elif not reason and any(_same(path, other) for other in paths[:i]):
+            reason = "two of the outputs would be this one file"
+        elif not reason and (clash := next((source for source in inputs if _same(path, source)), None)):
+            reason = f"it is the input {clash}, which would be lost"
+        if reason:
             raise FormatError(f"cannot write {path}: {reason}")
-        if any(_same(path, other) for other in paths[:i]):
-            raise FormatError(f"cannot write {path}: two of the outputs would be this one file")
-        if clash := next((source for source in inputs if _same(path, source)), None):
-            raise FormatError(f"cannot write {path}: it is the input {clash}, which would be lost")
 
 
 def _same(one: str | Path, other: str | Path) -> bool:
@@ -72,12 +106,12 @@ def _same(one: str | Path, other: str | Path) -> bool:
 
 
 def _check_fields(result: Result | Cloud) -> None:
-    taken = set()
+    names = set()
     for field in result.fields:
         values = np.asarray(field.values)
         if values.dtype.kind not in "fiub":
             raise FieldError(f"field '{field.name}' cannot be written: its values are {values.dtype}, not real numbers")
-        if not field.name or (field.location, field.name) in taken:
+        if not field.name or (field.location, field.name) in names:
             what = f"two {field.location} fields are named '{field.name}'" if field.name else "a field has no name"
             raise FieldError(f"cannot write the result: {what}")
-        taken.add((field.location, field.name))
+        names.add((field.location, field.name))

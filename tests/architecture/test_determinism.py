@@ -148,7 +148,7 @@ def test_blas_has_one_thread() -> None:
 @pytest.mark.skipif(not hasattr(os, "sched_setaffinity"), reason="no way to take processors away here")
 def test_film_on_one_processor(tmp_path: Path) -> None:
     """A film has the same bytes on one processor as on several."""
-    from geomhw.io.artifacts.film import write_mp4
+    from geomhw.io.artifacts.films import write_mp4
 
     noise = np.random.default_rng(0).integers(0, 256, (30, 40, 3), dtype=np.uint8)
     images = [np.roll(np.kron(noise, np.ones((8, 8, 1), np.uint8)), 7 * k, axis=1) for k in range(30)]

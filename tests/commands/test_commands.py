@@ -11,8 +11,7 @@ import pytest
 from PIL import Image
 
 from geomhw.compare import Ignored, Tolerance, compare_named
-from geomhw.io import read, write
-from geomhw.io.artifacts.table import read_csv
+from geomhw.io import read, read_csv, write
 from geomhw.mesh.primitives import grid, icosphere
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.results import Field

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from geomhw.geodesic.heat_method import HeatDistance
-from geomhw.io.artifacts.table import read_csv
+from geomhw.io.artifacts.tables import read_csv
 from geomhw.mesh.primitives import icosphere
 from geomhw.mesh.surface_points import face_point, vertex_points
 from support.matrix_runs import ALL, MESH, expected, interrupt, stopping
@@ -146,7 +146,7 @@ def test_interrupted_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
 
 KILLED = """
 import os, signal, sys
-import geomhw.io.artifacts.resumable_rows as partial
+import geomhw.io.artifacts.resumable_file as partial
 partial.INTERVAL = -1.0
 from support.matrix_runs import stopping
 from geomhw.geodesic.heat_method import HeatDistance

@@ -8,7 +8,7 @@ import pytest
 
 from geomhw.compare import compare_files
 from geomhw.compare.pictures import difference_picture
-from geomhw.io.artifacts.image import read_png
+from geomhw.io.artifacts.images import read_png
 from support.pictures import PLAIN, drawing, save
 from support.program import run
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from geomhw.io.artifacts.table import read_csv, write_csv
+from geomhw.io.artifacts.tables import read_csv, write_csv
 from support.messages import missing
 from support.pictures import needs_opengl
 from support.program import run

@@ -60,7 +60,7 @@ def test_no_room_beforehand(monkeypatch: pytest.MonkeyPatch) -> None:
     answer = run(*ALL.split())
     assert answer.exit_code == 1
     (line,) = answer.stderr.splitlines()
-    assert not missing(line, "Error: cannot write D.npy ... 346 kB ... 300 kB ... another disk")
+    assert not missing(line, "Error: cannot write D.npy ... 0.346 MB ... 0.300 MB ... another disk")
     assert os.listdir() == ["mesh.off"]
 
 

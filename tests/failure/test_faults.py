@@ -12,8 +12,7 @@ import numpy as np
 import pytest
 from click.testing import Result as Answer
 
-from geomhw.io import read, replacing, write
-from geomhw.io.artifacts.series import read_series
+from geomhw.io import read, read_series, replacing, write
 from geomhw.mesh.primitives import icosphere
 from geomhw.results import Field, Result
 from support.messages import missing
@@ -101,7 +100,7 @@ def test_no_room(name: str, share: float, folder: Path) -> None:
 def test_no_room_for_a_gif(folder: Path) -> None:
     """A film that does not fit is absent."""
     from geomhw.errors import FormatError
-    from geomhw.io.artifacts.film import write_gif
+    from geomhw.io import write_gif
 
     before = contents(folder)
     noise = np.random.default_rng(0).integers(0, 256, (64, 64, 3), dtype=np.uint8)
@@ -188,7 +187,7 @@ def test_a_film_that_ffmpeg_does_not_finish(monkeypatch: pytest.MonkeyPatch) -> 
     import imageio_ffmpeg
 
     from geomhw.errors import FormatError
-    from geomhw.io.artifacts.film import write_mp4
+    from geomhw.io import write_mp4
 
     Path("ffmpeg").write_text("#!/bin/sh\necho 'first' >&2; echo 'codec missing' >&2; exit 3\n")
     Path("ffmpeg").chmod(0o755)

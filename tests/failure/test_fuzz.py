@@ -15,10 +15,7 @@ import pytest
 from fuzz.mutations import mutated
 from fuzz.targets import TARGETS, feed
 from geomhw.errors import FormatError
-from geomhw.io import read
-from geomhw.io.artifacts.matrix import read_arrays
-from geomhw.io.artifacts.series import read_series
-from geomhw.io.artifacts.table import read_csv
+from geomhw.io import read, read_arrays, read_csv, read_series
 from geomhw.io.formats.meshio_read import FORMATS
 
 FUZZ = Path(__file__).parents[1] / "fuzz"

@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 
 from geomhw.geodesic.edge_paths import edge_path_distance
-from geomhw.io import read
-from geomhw.io.artifacts.table import read_csv
+from geomhw.io import read, read_csv
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from support.hostile import HOSTILE, save, source_of
 from support.messages import missing

@@ -4,6 +4,8 @@ import pytest
 
 from geomhw.errors import FormatError
 from geomhw.io import read
+from geomhw.mesh.primitives import icosphere
+from support.number_texts import as_text
 from support.off_files import load
 
 VERTICES = "0 0 0\n1 0 0\n0 1 0\n"
@@ -52,3 +54,28 @@ def test_what_is_wrong_is_named_with_its_line(tmp_path, text):
         read(load(tmp_path, text))
     for part in ["moo.off", *WRONG[text]]:
         assert part in str(caught.value)
+
+
+SPHERE = as_text(icosphere(3), "off")
+FAULTS = {
+    "face out of range": ("\n3 162 ", "\n3 642 ", "face names vertex 642, but there are 642"),
+    "a vertex twice": ("\n3 0 162 164\n", "\n3 0 164 164\n", "face names vertex 164 twice"),
+    "a count that is greater": ("\n642 1280 0\n", "\n642 1281 0\n", "ends after 1280 of 1281 faces"),
+    "one that is smaller": ("\n642 1280 0\n", "\n642 1279 0\n", "line 1924: the file goes on"),
+    "no number": ("\n3 0 162 164\n", "\n3 0 16_2 164\n", "'16_2' is not a number"),
+    "a bracket": ("\n3 0 162 164\n", "\n3 0 [162] 164\n", "'[162]' is not a number"),
+    "a comma": ("\n3 0 162 164\n", "\n3 0,162 164\n", "'0,162' is not a number"),
+    "a polygon of four in a line of three": ("\n3 638 641 159\n", "\n4 638 641 159\n", "says 4 corners, but 3 follow"),
+    "too few": ("\n3 0 162 164\n", "\n3 0 162\n", "says 3 corners, but 2 follow"),
+    "an index of more than four bytes": ("\n3 0 162 164\n", "\n3 0 162 4294967460\n", "vertex 4294967460"),
+}
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_faults_in_a_large_file_are_named(tmp_path, fault):
+    """The line, and what is wrong there."""
+    before, after, sentence = FAULTS[fault]
+    assert before in SPHERE
+    with pytest.raises(FormatError) as caught:
+        read(load(tmp_path, SPHERE.replace(before, after)))
+    assert sentence in str(caught.value)

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from fuzz.targets import feed
-from geomhw.io.artifacts.checkpoint import write_checkpoint
-from geomhw.io.artifacts.numpy_file import read_numpy
+from geomhw.io.artifacts.arrays import read_numpy
+from geomhw.io.artifacts.checkpoints import write_checkpoint
 from geomhw.mesh.primitives import icosphere
 from support.messages import missing
 from support.program import run, save_off
@@ -24,7 +24,7 @@ FOUND = Path(__file__).parents[1] / "fuzz" / "found"
         ("mtx-an_entry_outside", "entry ... outside"),
         ("mtx-a_billion_entries", "3000000000 numbers ... promised"),
         ("vtp-offsets_that_wrap", "offsets ... do not ascend"),
-        ("vtp-offsets_that_are_no_whole_numbers", "offsets ... not whole numbers"),
+        ("vtp-offsets_that_are_no_whole_numbers", "offsets ... not a list of whole numbers"),
         ("vtp-a_block_that_unpacks_to_more_than_it_says", "compressed block ... 120 bytes"),
         ("vtp-a_document_type", "document type"),
         ("vtp-four_coordinates", "4 coordinates"),

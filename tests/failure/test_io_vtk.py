@@ -28,14 +28,14 @@ LEGACY_WRONG = {
     BY_HAND.replace("1 2 3 4", "1 2 three 4"): ["line 15", "not a number"],
     BY_HAND[:-10]: ["line 24", "ends inside"],
     BY_HAND[:130]: ["ends inside"],
-    BY_HAND.replace("NORMALS", "WEIRDNESS"): ["line 19", "'WEIRDNESS'"],
+    BY_HAND.replace("NORMALS", "WEIRDNESS"): ["line 19", "'WEIRDNESS n"],
     BY_HAND.replace("n float", "n string"): ["line 19", "'string'"],
     BY_HAND.replace("POLYGONS 4", "POLYGONS four"): ["line 9", "not understood"],
     BY_HAND.replace("3 2 0 3", "9 2 0 3"): ["moo.vtk"],
     BY_HAND.replace("3 2 0 3", "3 2 0 9"): ["face 3", "vertex 9"],
     BY_HAND.replace("POLYGONS", "TRIANGLE_STRIPS"): ["triangle strip"],
     BY_HAND.replace("POLYGONS", "LINES"): ["no faces, only line"],
-    BY_HAND.replace("CELL_DATA 4", "CELL_DATA 3"): ["line 23", "unknown keyword '0'"],
+    BY_HAND.replace("CELL_DATA 4", "CELL_DATA 3"): ["line 23", "'0 0 1'"],
 }
 
 

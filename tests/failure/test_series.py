@@ -8,8 +8,8 @@ import pytest
 from geomhw.errors import FieldError, FormatError, RenderError
 from geomhw.io import read_cloud, write_cloud
 from geomhw.io.artifacts import series
-from geomhw.io.artifacts.checkpoint import read_checkpoint, write_checkpoint
-from geomhw.io.artifacts.film import require_mp4, write_gif, write_mp4
+from geomhw.io.artifacts.checkpoints import read_checkpoint, write_checkpoint
+from geomhw.io.artifacts.films import require_mp4, write_gif, write_mp4
 from geomhw.io.artifacts.series import SeriesWriter, read_series
 from geomhw.results import Cloud, Field
 from support.program import contents

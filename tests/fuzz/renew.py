@@ -15,9 +15,7 @@ from vtkmodules.vtkIOGeometry import vtkSTLWriter
 from vtkmodules.vtkIOLegacy import vtkPolyDataWriter, vtkUnstructuredGridWriter
 from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter, vtkXMLUnstructuredGridWriter
 
-from geomhw.io import write, write_cloud
-from geomhw.io.artifacts.checkpoint import write_checkpoint
-from geomhw.io.artifacts.series import SeriesWriter
+from geomhw.io import SeriesWriter, write, write_checkpoint, write_cloud
 from geomhw.results import Cloud, Field
 from support import obj_files, off_files, ply_files, vtk_files
 

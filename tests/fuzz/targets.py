@@ -13,15 +13,20 @@ from geomhw.compare.arrays import compare_matrices
 from geomhw.compare.documents import compare_documents
 from geomhw.compare.rules import Ignored, Tolerance
 from geomhw.errors import GeomhwError
-from geomhw.io import read, read_cloud, read_field
-from geomhw.io.artifacts.checkpoint import read_checkpoint
-from geomhw.io.artifacts.document import read_json
-from geomhw.io.artifacts.image import read_png
-from geomhw.io.artifacts.matrix import read_arrays
-from geomhw.io.artifacts.series import read_series
-from geomhw.io.artifacts.table import read_csv
-from geomhw.io.formats import meshio_worker as external_worker
-from geomhw.io.formats.meshio_read import FORMATS, parse_reply, surface
+from geomhw.io import (
+    read,
+    read_arrays,
+    read_checkpoint,
+    read_cloud,
+    read_csv,
+    read_field,
+    read_json,
+    read_png,
+    read_series,
+)
+from geomhw.io.formats import meshio_worker
+from geomhw.io.formats.build_result import build_result
+from geomhw.io.formats.meshio_read import FORMATS, parse_reply
 from geomhw.io.reading import READABLE
 from geomhw.mesh.triangle_mesh import TriangleMesh
 
@@ -43,13 +48,13 @@ def _external(path: Path) -> object:
         child = os.fork()
     if child == 0:
         with suppress(BaseException):
-            external_worker.limit(path.stat().st_size)
+            meshio_worker.limit(path.stat().st_size)
             with answer.open("wb") as stream:
-                external_worker.respond(path, stream)
+                meshio_worker.reply(path, "meshio", stream)
             os._exit(0)
         os._exit(1)
     code = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
-    return surface(path.name, "meshio", parse_reply(code, answer.read_bytes(), external_worker.SECONDS))
+    return build_result(path.name, "meshio", parse_reply(path, "meshio", code, answer.read_bytes()))
 
 
 def _matrices(path: Path) -> object:

@@ -15,9 +15,9 @@ from geomhw.compare.documents import compare_documents
 from geomhw.compare.meshes import compare_meshes
 from geomhw.errors import GeomhwError
 from geomhw.io import write
-from geomhw.io.artifacts.matrix import write_matrix
+from geomhw.io.artifacts.matrices import write_matrix
 from geomhw.io.artifacts.series import SeriesWriter
-from geomhw.io.artifacts.table import write_csv
+from geomhw.io.artifacts.tables import write_csv
 from geomhw.mesh.primitives import icosphere
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.operators.connection_laplacian import complex_connection_stiffness

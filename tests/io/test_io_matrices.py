@@ -8,8 +8,8 @@ import pytest
 import scipy.io
 import scipy.sparse as sp
 
-from geomhw.io.artifacts.matrix_market import read_market
-from geomhw.io.artifacts.numpy_file import read_numpy
+from geomhw.io.artifacts.arrays import read_numpy
+from geomhw.io.artifacts.matrix_market import read_matrix_market
 
 
 @pytest.mark.parametrize("packing", [np.savez, np.savez_compressed])
@@ -49,7 +49,7 @@ def test_market_as_scipy_reads_it(tmp_path: Path, field: str, symmetry: str) -> 
     text = f"%%MatrixMarket matrix coordinate {field} {symmetry}\n% a comment\n\n3 3 3\n{''.join(rows)}"
     (tmp_path / "a.mtx").write_text(text)
     np.testing.assert_array_equal(
-        read_market(text.encode()).toarray(), sp.coo_array(scipy.io.mmread(tmp_path / "a.mtx")).toarray()
+        read_matrix_market(text.encode()).toarray(), sp.coo_array(scipy.io.mmread(tmp_path / "a.mtx")).toarray()
     )
 
 
@@ -57,4 +57,4 @@ def test_market_with_all_entries(tmp_path: Path) -> None:
     """Dense Matrix Market files are read column by column."""
     made = np.arange(6.0).reshape(2, 3) / 7
     scipy.io.mmwrite(tmp_path / "a.mtx", made, precision=17)
-    np.testing.assert_array_equal(read_market((tmp_path / "a.mtx").read_bytes()), made)
+    np.testing.assert_array_equal(read_matrix_market((tmp_path / "a.mtx").read_bytes()), made)

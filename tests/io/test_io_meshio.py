@@ -6,7 +6,8 @@ import pytest
 
 from geomhw.errors import FormatError
 from geomhw.io import read, read_mesh
-from geomhw.io.formats.meshio_read import surface
+from geomhw.io.formats.build_result import build_result
+from geomhw.io.formats.meshio_worker import surface
 from support.stl_files import POINTS
 
 
@@ -78,19 +79,10 @@ def test_arrays_and_quads_through_meshio(tmp_path):
 
 
 def test_arrays_of_faces_through_meshio():
-    """Blocks of faces are joined; an array that some block lacks is dropped."""
-    found = {
-        "points": POINTS,
-        "kinds": ["vertex", "quad", "triangle"],
-        "cells_0": np.array([[0]]),
-        "cells_1": np.array([[0, 1, 2, 3]]),
-        "cells_2": np.array([[0, 1, 2]]),
-        "vertex_names": [],
-        "cell_names": ["label", "part"],
-        **{f"cell_0_{i}": np.array([value]) for i, value in enumerate([9.0, 1.0, 2.0])},
-        "cell_1_1": np.array([3.0]),
-    }
-    result = surface("moo.msh", "Gmsh", found)
+    """Blocks of faces are joined; an array without numbers for some block is dropped."""
+    cells = [("vertex", [[0]]), ("quad", [[0, 1, 2, 3]]), ("triangle", [[0, 1, 2]])]
+    arrays = {"label": [[9.0], [1.0], [2.0]], "part": [[9.0], [3.0], ["none"]]}
+    result = build_result("moo.msh", "Gmsh", surface("moo.msh", meshio.Mesh(POINTS, cells, cell_data=arrays)))
     assert [(field.name, field.location, field.values.tolist()) for field in result.fields] == [
         ("label", "face", [1, 1, 2])
     ]

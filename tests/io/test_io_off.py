@@ -1,11 +1,15 @@
 """OFF files: every dialect gives the same square, and coordinates are read exactly."""
 
+import re
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from geomhw.io import read, read_mesh
+from geomhw.mesh.primitives import icosphere
+from support.number_texts import as_text
 from support.off_files import SAME, SQUARE, load
 from support.reference import needs_reference, reference
 
@@ -46,3 +50,18 @@ def test_reference_meshes(name, n, m):
     """Real files give the known numbers of vertices and faces."""
     mesh = read_mesh(reference(f"meshes/{name}"))
     assert (mesh.n_vertices, mesh.n_faces) == (n, m)
+
+
+SPHERE = as_text(icosphere(3), "off")
+ENDS = {"newline": "\n", "blank": " \n", "blanks": "     \n", "carriage return": "\r\n", "both": " \r\n"}
+
+
+@pytest.mark.parametrize("end", ENDS)
+@pytest.mark.parametrize("head", ["OFF\n", "COFF # of four\n# and more\n\n", "OFF", "OFF "])
+def test_files_as_programs_write_them(tmp_path, head, end):
+    """Line ends of any program, comments in the header, no newline at the end, extra numbers in all lines alike."""
+    mesh = icosphere(3)
+    for text in (SPHERE, SPHERE + "\n\n", re.sub("(?m)^(3 .*)$", r"\1 255 0 0", SPHERE)):
+        found = read(load(tmp_path, text.replace("OFF\n", head).replace("\n", ENDS[end]))).mesh
+        assert found.vertices.tobytes() == mesh.vertices.tobytes()
+        np.testing.assert_array_equal(found.faces, mesh.faces)

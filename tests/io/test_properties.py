@@ -11,10 +11,10 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
 from geomhw.io import read, read_mesh, write
-from geomhw.io.artifacts.checkpoint import read_checkpoint, write_checkpoint
-from geomhw.io.artifacts.matrix import UNNAMED, read_arrays, write_matrix
+from geomhw.io.artifacts.checkpoints import read_checkpoint, write_checkpoint
+from geomhw.io.artifacts.matrices import UNNAMED, read_arrays, write_matrix
 from geomhw.io.artifacts.series import SeriesWriter, read_series
-from geomhw.io.artifacts.table import read_csv, write_csv
+from geomhw.io.artifacts.tables import read_csv, write_csv
 from geomhw.mesh.primitives import grid, icosphere, strip, torus
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.options import Location

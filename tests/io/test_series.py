@@ -13,11 +13,11 @@ from PIL import Image
 
 from geomhw.errors import FormatError
 from geomhw.io import read, read_cloud, write_cloud
-from geomhw.io.artifacts.checkpoint import read_checkpoint, write_checkpoint
-from geomhw.io.artifacts.film import write_gif, write_mp4
-from geomhw.io.artifacts.matrix import write_matrix
+from geomhw.io.artifacts.checkpoints import read_checkpoint, write_checkpoint
+from geomhw.io.artifacts.films import write_gif, write_mp4
+from geomhw.io.artifacts.matrices import write_matrix
 from geomhw.io.artifacts.series import Frame, SeriesWriter, read_series
-from geomhw.io.artifacts.table import write_csv
+from geomhw.io.artifacts.tables import write_csv
 from support.series_files import DOUBLES, frame, pictures, points
 
 # -- series ------------------------------------------------------------------------------------------------------

@@ -1,7 +1,7 @@
-"""A time series: numbered ``.vtp`` frames with a ``.pvd`` (ParaView) and a ``.vtp.series`` index beside them.
+"""Time series: numbered ``.vtp`` frames with a ``.pvd`` (ParaView) and a ``.vtp.series`` index beside them.
 
-Points that go with the frames are files of their own, ``<stem>.tracers.<number>.vtp``: part 1 of each time step in the
-``.pvd``, with an index ``<stem>.tracers.vtp.series``.
+Tracer points are files of their own, ``<stem>.tracers.<number>.vtp``: part 1 of each time step in the ``.pvd``, with an
+index ``<stem>.tracers.vtp.series``.
 """
 
 import json
@@ -15,18 +15,18 @@ from xml.sax.saxutils import quoteattr
 
 from geomhw.errors import FormatError
 from geomhw.io.atomic import replacing
-from geomhw.io.file_bytes import content
+from geomhw.io.file_content import read_bytes
 from geomhw.io.formats.xml_tree import UNWRITABLE, parse_xml
 from geomhw.io.writing import write, write_cloud
 from geomhw.results import Cloud, Result
 
-#: Which part of a time step in the ``.pvd`` the tracers are.
+#: The part of a time step in the ``.pvd`` that holds the tracers.
 TRACER_PART = "1"
 
 
 @dataclass(frozen=True)
 class Frame:
-    """One entry of a series: its time, its file, and that of its tracers where it has them, relative to the index."""
+    """One entry of a series: time, file, and file of its tracers or None; files are relative to the index."""
 
     time: float
     file: str
@@ -34,9 +34,26 @@ class Frame:
 
 
 class SeriesWriter:
-    """Adds frames to a series that is valid after each: first the frame, then both indices, each whole or not at all.
+    """Adds frames to a series, which is valid after each: first the frame, then the indices, each written atomically.
 
-    path: the ``.pvd``. frames: those of an earlier run to keep.
+    Parameters
+    ----------
+    path
+        The ``.pvd`` file; frames and indices are written beside it.
+    frames
+        Frames of an earlier run to keep.
+
+    Attributes
+    ----------
+    path, index, tracer_index
+        The ``.pvd``, the ``.vtp.series`` and the ``.tracers.vtp.series`` file.
+    state
+        The ``.restart.npz`` file, where runs keep the state to restart from.
+
+    Raises
+    ------
+    FormatError
+        If the name of the file cannot stand in an XML file.
     """
 
     def __init__(self, path: str | Path, frames: Sequence[Frame] = ()) -> None:
@@ -44,24 +61,27 @@ class SeriesWriter:
         if UNWRITABLE.search(self.path.name):
             raise FormatError(f"cannot write {self.path}: the name of a series stands in its index; use letters")
         self.frames = list(frames)
-
-    @property
-    def index(self) -> Path:
-        """The ``.vtp.series`` file."""
-        return self.path.with_suffix(".vtp.series")
-
-    @property
-    def tracer_index(self) -> Path:
-        """The ``.tracers.vtp.series`` file, where the frames have tracers."""
-        return self.path.with_suffix(".tracers.vtp.series")
-
-    @property
-    def state(self) -> Path:
-        """Where the state to restart from is kept, of runs that keep one."""
-        return self.path.with_suffix(".restart.npz")
+        self.index = self.path.with_suffix(".vtp.series")
+        self.tracer_index = self.path.with_suffix(".tracers.vtp.series")
+        self.state = self.path.with_suffix(".restart.npz")
 
     def add(self, time: float, result: Result, tracers: Cloud | None = None) -> None:
-        """Write the next frame, and the indices that name it; with tracers in all frames of the series, or in none."""
+        """Write the next frame and the indices that name it.
+
+        Parameters
+        ----------
+        time
+            Time of the frame.
+        result
+            Mesh and fields.
+        tracers
+            Points, in all frames of the series or in none.
+
+        Raises
+        ------
+        FormatError, FieldError
+            As `geomhw.io.write`.
+        """
         stem, number = self.path.stem, f"{len(self.frames):05d}"
         name = f"{stem}.tracers.{number}.vtp" if tracers else None
         frame = Frame(float(time), f"{stem}.{number}.vtp", name)
@@ -69,21 +89,21 @@ class SeriesWriter:
         if tracers and name:
             write_cloud(tracers, self.path.parent / name)
         frames = [*self.frames, frame]
-        indices = [self.path, self.index, *([self.tracer_index] if tracers else [])]
-        with replacing(indices) as (pvd, series, *others):
-            pvd.write_text(_pvd(frames), encoding="utf-8")
-            series.write_text(_series(frames), encoding="utf-8")
-            for other in others:
-                other.write_text(_series([Frame(f.time, f.tracers) for f in frames if f.tracers]), encoding="utf-8")
+        texts = {self.path: _pvd(frames), self.index: _series([(f.time, f.file) for f in frames])}
+        if tracers:
+            texts[self.tracer_index] = _series([(f.time, f.tracers) for f in frames if f.tracers])
+        with replacing(list(texts)) as temporaries:
+            for temporary, text in zip(temporaries, texts.values(), strict=True):
+                temporary.write_text(text, encoding="utf-8")
         self.frames = frames
 
     def writes(self, path: Path) -> bool:
-        """Whether a file is one that frames, index or state would be written to, under whatever name."""
+        """Return whether a file is one that this series would write, under any name."""
         folder = self.path.parent
         if self._is_ours(path.name) and os.path.realpath(path.parent) == os.path.realpath(folder):
             return True
-        there = [entry.path for entry in os.scandir(folder) if self._is_ours(entry.name)] if path.exists() else []
-        return any(os.path.exists(ours) and os.path.samefile(path, ours) for ours in there)
+        existing = [entry.path for entry in os.scandir(folder) if self._is_ours(entry.name)] if path.exists() else []
+        return any(os.path.exists(ours) and os.path.samefile(path, ours) for ours in existing)
 
     def _is_ours(self, name: str) -> bool:
         frame = re.fullmatch(re.escape(self.path.stem) + r"(\.tracers)?\.\d{5,}\.vtp", name)
@@ -91,9 +111,15 @@ class SeriesWriter:
 
 
 def read_series(path: str | Path) -> list[Frame]:
-    """Frames of a ``.pvd``; FormatError where there is none or it is no series."""
+    """Read the frames of a ``.pvd`` file.
+
+    Raises
+    ------
+    FormatError
+        If the file cannot be read or is not a series.
+    """
     try:
-        items = [item.attrib for item in parse_xml(content(Path(path))).iter("DataSet")]
+        items = [item.attrib for item in parse_xml(read_bytes(Path(path))).iter("DataSet")]
         parts = {item["timestep"]: item["file"] for item in items if item.get("part") == TRACER_PART}
         meshes = [item for item in items if item.get("part") != TRACER_PART]
         return [Frame(float(item["timestep"]), item["file"], parts.get(item["timestep"])) for item in meshes]
@@ -111,6 +137,6 @@ def _pvd(frames: Sequence[Frame]) -> str:
     return "\n".join([*lines, "  </Collection>", "</VTKFile>", ""])
 
 
-def _series(frames: Sequence[Frame]) -> str:
-    files = [{"name": frame.file, "time": frame.time} for frame in frames]
+def _series(frames: Sequence[tuple[float, str]]) -> str:
+    files = [{"name": file, "time": time} for time, file in frames]
     return json.dumps({"file-series-version": "1.0", "files": files}, indent=2) + "\n"

@@ -1,12 +1,13 @@
-"""The process in which meshio reads a file for ``external``: it may exit, print, loop or grow, and harms nobody.
+"""The process in which meshio reads a file, with limits on processor time and memory.
 
-Standard output carries the arrays as ``.npz``, or a text that starts with "!": why there are none.
+Standard output carries the pickled `Polygons` of the file, or the pickled FormatError that refuses it.
 """
 
 import contextlib
 import io
-import json
 import os
+import pickle
+import re
 import signal
 import sys
 import warnings
@@ -14,98 +15,98 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 import numpy as np
+from numpy.typing import NDArray
 
 from geomhw.errors import FormatError
+from geomhw.io.formats.polygons import Polygons
 
-#: In front of a refusal; no ``.npz`` starts with it.
-REFUSAL = b"!"
-#: Processor time for any file, in seconds, and for each byte: meshio takes a tenth of that on its slowest formats.
+#: Processor time for any file, in seconds, and for each byte: ten times what meshio takes on its slowest formats.
 SECONDS, SECONDS_A_BYTE = 1.0, 1e-5
-#: Memory for any file beyond what the libraries take, in bytes, and for each byte of the file.
+#: Memory for any file beyond that of the libraries, in bytes, and for each byte of the file.
 MEMORY, MEMORY_A_BYTE = 1 << 25, 20
 _TOO_MUCH = "it asks for more memory than a file of its size can need"
+_VOLUMES = ("tetra", "hexahedron", "wedge", "pyramid", "penta", "polyhedron", "voxel")
 
 
-def main(path: Path) -> None:
-    """Write what is in the file to standard output; the process ends by a signal where that takes too much time."""
+def main(path: Path, kind: str) -> None:
+    """Read a file, reply on standard output, and exit; a signal ends the process after too much processor time."""
     import meshio  # noqa: F401  # before time and memory are counted
 
     limit(path.stat().st_size)
     with os.fdopen(1, "wb") as stream:
-        respond(path, stream)
+        reply(path, kind, stream)
 
 
-def respond(path: Path, stream: BinaryIO) -> None:
-    """Write the answer about a file."""
+def reply(path: Path, kind: str, stream: BinaryIO) -> None:
+    """Write the polygons of a file, or the error that refuses it."""
     try:
-        arrays = extract(path)
+        answer = pickle.dumps(surface(path.name, extract(path, kind)), protocol=5)
+        # An array may have the length that a header announces, filled with other contents of the memory.
+        if len(answer) > MEMORY_A_BYTE * max(path.stat().st_size, 1 << 10):
+            raise unreadable(path, kind, _TOO_MUCH)
     except FormatError as error:
-        stream.write(REFUSAL + str(error).encode())
-        return
-    write_arrays(stream, arrays)
+        answer = pickle.dumps(error)
+    stream.write(answer)
 
 
-def extract(path: Path) -> dict[str, Any]:
-    """Points, cells by block, arrays on both; FormatError where meshio does anything but return.
+def unreadable(path: Path, kind: str, reason: str) -> FormatError:
+    """Return the error for a file that meshio cannot read."""
+    return FormatError(f"{path.name} cannot be read as {kind}" + (f": {reason}" if reason else ""))
 
-    ``kinds``, ``vertex_names`` and ``cell_names`` are lists of text; ``cells_I``, ``vertex_J`` and ``cell_J_I`` the
-    arrays of block I and name J.
-    """
+
+def extract(path: Path, kind: str) -> Any:
+    """Return meshio's mesh; FormatError where meshio does anything but return."""
     import meshio
 
     silent = io.StringIO()
     try:
         with contextlib.redirect_stdout(silent), contextlib.redirect_stderr(silent), warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            found = _arrays(meshio.read(path))
+            return meshio.read(path)
     except MemoryError:
-        raise FormatError(_TOO_MUCH) from None
+        raise unreadable(path, kind, _TOO_MUCH) from None
     except (Exception, SystemExit) as error:
         reason = "" if isinstance(error, SystemExit) else " ".join(str(error).split())[:200]
-        raise FormatError(reason) from error
-    # An array may be as long as a header says and filled with whatever was in memory.
-    if sum(value.nbytes for value in found.values() if isinstance(value, np.ndarray)) > MEMORY_A_BYTE * _size(path):
-        raise FormatError(_TOO_MUCH)
-    return found
+        raise unreadable(path, kind, reason) from error
 
 
-def _size(path: Path) -> int:
-    return max(path.stat().st_size, 1 << 10)
+def surface(name: str, mesh: Any) -> Polygons:
+    """Return the triangles, quads and polygons of meshio's mesh in file order, with arrays that all of them have."""
+    faces = [i for i, block in enumerate(mesh.cells) if re.fullmatch("triangle|quad|polygon.*", block.type)]
+    ignored = sorted({block.type for i, block in enumerate(mesh.cells) if i not in faces})
+    if not faces:
+        kinds = ", ".join(ignored)
+        if any(kind.startswith(_VOLUMES) for kind in ignored):
+            raise FormatError(f"{name} holds volume cells ({kinds}) and no faces; extract its surface first")
+        raise FormatError(f"{name} holds no triangles or polygons" + (f", only {kinds}" if kinds else ""))
+    blocks = [np.asarray(mesh.cells[i].data) for i in faces]
+    if any(block.ndim != 2 or block.dtype.kind not in "iu" for block in blocks):
+        raise FormatError(f"{name} holds faces without corners")
+    points = np.asarray(mesh.points, dtype=np.float64)
+    if points.ndim != 2 or points.shape[1] not in (2, 3):
+        raise FormatError(f"{name} holds points of shape {points.shape}; they need two or three coordinates")
+    return Polygons(
+        points=np.pad(points, ((0, 0), (0, 3 - points.shape[1]))),  # a flat file has z = 0
+        corners=np.concatenate([block.ravel() for block in blocks]).astype(np.int64),
+        sizes=np.concatenate([np.full(len(block), block.shape[1]) for block in blocks]),
+        vertex_arrays=_joined({key: [values] for key, values in mesh.point_data.items()}),
+        face_arrays=_joined({key: [values[i] for i in faces] for key, values in mesh.cell_data.items()}),
+        notes={"ignored": ignored} if ignored else {},
+    )
 
 
-def _arrays(mesh: Any) -> dict[str, Any]:
-    found: dict[str, Any] = {
-        "points": np.asarray(mesh.points, dtype=np.float64),
-        "kinds": [block.type for block in mesh.cells],
-        "vertex_names": list(mesh.point_data),
-        "cell_names": list(mesh.cell_data),
-    }
-    found |= {f"cells_{i}": np.asarray(block.data) for i, block in enumerate(mesh.cells)}
-    found |= {f"vertex_{j}": np.asarray(values) for j, values in enumerate(mesh.point_data.values())}
-    for j, blocks in enumerate(mesh.cell_data.values()):
-        found |= {f"cell_{j}_{i}": np.asarray(values) for i, values in enumerate(blocks)}
-    return found
-
-
-def write_arrays(stream: BinaryIO, arrays: dict[str, Any]) -> None:
-    """Arrays and lists of text, as ``read_arrays`` takes them."""
-    texts: dict[str, Any] = {
-        key: np.array(json.dumps(value)) for key, value in arrays.items() if isinstance(value, list)
-    }
-    numbers: dict[str, Any] = {
-        key: value for key, value in arrays.items() if key not in texts and value.dtype.kind in "fiub"
-    }
-    np.savez(stream, **texts, **numbers)
-
-
-def read_arrays(data: bytes) -> dict[str, Any]:
-    """What ``extract`` found in the other process."""
-    with np.load(io.BytesIO(data), allow_pickle=False) as stored:
-        return {key: json.loads(str(value)) if value.dtype.kind == "U" else value for key, value in stored.items()}
+def _joined(arrays: dict[str, list[Any]]) -> dict[str, NDArray[Any]]:
+    """Arrays by name, with the parts of all blocks concatenated; without those that some block lacks."""
+    joined = {}
+    for name, values in arrays.items():
+        parts = [np.asarray(part) for part in values]
+        if all(part.ndim and part.dtype.kind in "fiub" for part in parts) and len({p.shape[1:] for p in parts}) == 1:
+            joined[str(name)] = np.concatenate(parts)
+    return joined
 
 
 def limit(size: int) -> None:
-    """Let this process end by SIGPROF after its time, and refuse it memory beyond its share; nothing off Unix."""
+    """Let SIGPROF end this process after its time for a file, and limit its memory; without effect outside of Unix."""
     if hasattr(signal, "setitimer"):
         signal.signal(signal.SIGPROF, signal.SIG_DFL)
         signal.setitimer(signal.ITIMER_PROF, SECONDS + SECONDS_A_BYTE * size)

@@ -1,62 +1,50 @@
-"""Wavefront OBJ files: their vertices and faces; normals, texture coordinates, groups and materials are passed over."""
+"""Reader of Wavefront OBJ files: vertices and faces; normals, texture coordinates, groups and materials are ignored.
+
+Hand-written because meshio reads the index -4 as -5.
+"""
 
 import numpy as np
 
 from geomhw.arrays import Ints
 from geomhw.errors import FormatError
-from geomhw.io.formats.assemble import Polygons, assemble
-from geomhw.io.formats.off_read import coordinates, whole
-from geomhw.io.formats.polygons import check_distinct, polygon_of
-from geomhw.io.formats.tokens import Lines
+from geomhw.io.formats.build_result import build_result
+from geomhw.io.formats.polygons import Polygons, check_distinct, polygon_of
+from geomhw.io.formats.text_file import NumberRows, TextFile
 from geomhw.results import Result
 
 
 def read_obj(name: str, data: bytes) -> Result:
-    """Vertices and faces of an OBJ file, all its objects and groups together, in file order."""
-    lines = Lines(name, data, comments=True, continued=True)
-    vertex_rows, face_rows = lines.starting_with("v"), lines.starting_with("f")
-    if not len(vertex_rows):
+    """Return the vertices and faces of all objects and groups, in file order."""
+    text = TextFile(name, data, comments=True, continued=True)
+    vertex_lines, face_lines = text.starting_with("v"), text.starting_with("f")
+    if not len(vertex_lines):
         raise FormatError(f"{name} has no vertices: none of its lines starts with 'v'")
-    if not len(face_rows):
+    if not len(face_lines):
         raise FormatError(f"{name} has no faces: none of its lines starts with 'f'")
-    points = coordinates(lines, vertex_rows, lines.numbers(vertex_rows, keyword="v"))
-    corners, sizes = _faces(lines, face_rows, vertex_rows)
-    return assemble(name, "OBJ", Polygons(points, corners, sizes), checked=True)
+    points = text.numbers(vertex_lines, keyword="v").coordinates()
+    rows = text.numbers(face_lines, keyword="f", integers=True, attributes=True)
+    return build_result(name, "OBJ", Polygons(points, _corners(rows, vertex_lines), rows.counts), checked=True)
 
 
-def _faces(lines: Lines, rows: Ints, vertex_rows: Ints) -> tuple[Ints, Ints]:
-    """Corners of all faces, flat and counted from 0, and how many each has."""
-    numbers = lines.numbers(rows, keyword="f", whole=True, attributes=True)
-    sizes = numbers.counts
+def _corners(rows: NumberRows, vertex_lines: Ints) -> Ints:
+    """Corners of all faces, flat and counted from 0."""
+    sizes, n = rows.counts, len(vertex_lines)
     if (few := sizes < 3).any():
         bad = int(np.argmax(few))
-        raise FormatError(f"{lines.place(rows[bad])}: a face needs at least 3 corners, not {sizes[bad]}")
-    indices = whole(lines, rows, numbers.values, None, numbers)
-    corners = _absolute(indices, sizes, rows, vertex_rows)
-    _check_range(lines, rows, indices, corners, sizes, len(vertex_rows))
-    check_distinct(corners, sizes, lambda i: lines.place(rows[i]), base=1)
-    return corners, sizes
-
-
-def _absolute(indices: Ints, sizes: Ints, rows: Ints, vertex_rows: Ints) -> Ints:
-    """Indices from 0; a negative one counts back from the last vertex that comes before its face in the file."""
+        raise FormatError(f"{rows.place(bad)}: a face needs at least 3 corners, not {sizes[bad]}")
+    indices = rows.integers(slice(None))
     corners = indices - 1
-    if (negative := indices < 0).any():
-        read_before = np.repeat(np.searchsorted(vertex_rows, rows), sizes)
-        corners = np.where(negative, indices + read_before, corners)
-    # Out of range either way: 0 is no index in this format, and -99 must not turn into a large positive one.
+    if (negative := indices < 0).any():  # counted back from the last vertex before the face
+        before = np.repeat(np.searchsorted(vertex_lines, rows.lines), sizes)
+        corners = np.where(negative, indices + before, corners)
+    if corners.min() < 0 or corners.max() >= n:
+        at = int(np.argmax((corners < 0) | (corners >= n)))
+        index = int(indices[at])
+        reason = f"but there are {n} (1 to {n})"
+        if index == 0:
+            reason = "but an OBJ file counts from 1"
+        elif index < 0:
+            reason = f"but only {int(corners[at]) - index} come before it"
+        raise FormatError(f"{rows.place(polygon_of(at, sizes))}: face names vertex {index}, {reason}")
+    check_distinct(corners, sizes, rows.place, base=1)
     return corners
-
-
-def _check_range(lines: Lines, rows: Ints, indices: Ints, corners: Ints, sizes: Ints, n: int) -> None:
-    if corners.min() >= 0 and corners.max() < n:
-        return
-    at = int(np.argmax((corners < 0) | (corners >= n)))
-    row = rows[polygon_of(at, sizes)]
-    index = int(indices[at])
-    if index == 0:
-        raise FormatError(f"{lines.place(row)}: face names vertex 0, but an OBJ file counts from 1")
-    if index < 0:
-        before = int(corners[at]) - index
-        raise FormatError(f"{lines.place(row)}: face names vertex {index}, but only {before} come before it")
-    raise FormatError(f"{lines.place(row)}: face names vertex {index}, but there are {n} (1 to {n})")

@@ -1,163 +1,91 @@
-"""OFF files, in the text dialects that carry points in space: OFF with any of the prefixes ST, C and N."""
+"""Reader of OFF text files with points in space: the keyword OFF with any of the prefixes ST, C and N.
+
+Hand-written because meshio exits the process on a damaged OFF file.
+"""
 
 import re
-from contextlib import suppress
 
 import numpy as np
 
-from geomhw.arrays import Floats, Ints
+from geomhw.arrays import Ints
 from geomhw.errors import FormatError
-from geomhw.io.formats.assemble import Polygons, assemble
-from geomhw.io.formats.polygons import check_polygons, ragged
-from geomhw.io.formats.tokens import Lines, Numbers
-from geomhw.io.formats.uniform_lines import parse_lines
+from geomhw.io.formats.build_result import build_result
+from geomhw.io.formats.polygons import Polygons, check_polygons, ranges
+from geomhw.io.formats.text_file import NumberRows, TextFile
 from geomhw.results import Result
 
 # The counts may follow the keyword without a space, as in the files of ModelNet.
 _KEYWORD = re.compile(r"((?:ST)?C?N?)(4?n?)OFF(\d+)?|off")
-#: Headers as nearly all programs write them, comments between.
-_REGULAR = re.compile(rb"(?:ST)?C?N?OFF(?:[ \t\r\n]|#[^\r\n\0]*[\r\n])*(\d{1,18}) (\d{1,18})(?: \d{1,18})?[ \r]*\n")
 
 
 def read_off(name: str, data: bytes) -> Result:
-    """Vertices and faces of an OFF file; numbers after the three coordinates, and colors of faces, are passed over."""
-    return assemble(name, "OFF", _regular(data) or _general(name, data), checked=True)
+    """Return the vertices and faces; further numbers of a vertex and colors of faces are ignored."""
+    text = TextFile(name, data, comments=True)
+    n, m, start = _header(text)
+    _check_length(text, n, m, start)
+    points = text.numbers(np.arange(start, start + n)).coordinates()
+    corners, sizes = _faces(text.numbers(np.arange(start + n, start + n + m), integers=True), n)
+    return build_result(name, "OFF", Polygons(points, corners, sizes), checked=True)
 
 
-def _regular(data: bytes) -> Polygons | None:
-    """What is in a file whose vertices are written alike, as are its faces; None of any other, and of a faulty one."""
-    head = _REGULAR.match(data)
-    if head is None:
-        return None
-    n, m = int(head[1]), int(head[2])
-    vertices = parse_lines(data, head.end(), n)
-    faces = parse_lines(data, vertices[1], m, whole=True) if vertices else None
-    if vertices is None or faces is None or data[faces[1] :].strip():
-        return None
-    points, corners = vertices[0], faces[0]
-    width = int(corners[0, 0])
-    if points.shape[1] < 3 or not 3 <= width < corners.shape[1] or (corners[:, 0] != width).any():
-        return None
-    polygons = Polygons(points[:, :3], corners[:, 1 : width + 1].ravel(), np.full(m, width, np.int32))
-    with suppress(FormatError):
-        check_polygons(polygons.corners, polygons.sizes, n, str)
-        return polygons
-    return None
-
-
-def _general(name: str, data: bytes) -> Polygons:
-    """What is in any file, or a FormatError that says what is wrong and where."""
-    lines = Lines(name, data, comments=True)
-    n, m, start = _header(lines)
-    _check_length(lines, n, m, start)
-    points = _vertices(lines, np.arange(start, start + n))
-    corners, sizes = _faces(lines, np.arange(start + n, start + n + m), n)
-    return Polygons(points, corners, sizes)
-
-
-def _header(lines: Lines) -> tuple[int, int, int]:
+def _header(text: TextFile) -> tuple[int, int, int]:
     """Number of vertices, number of faces, first line after the header."""
-    if not len(lines):
-        raise FormatError(f"{lines.name} holds nothing but blank lines and comments")
-    tokens, row = lines.tokens(0), 0
-    keyword = _KEYWORD.fullmatch(tokens[0])
-    if keyword:
+    if not len(text):
+        raise FormatError(f"{text.name} holds nothing but blank lines and comments")
+    tokens, line = text.tokens(0), 0
+    if keyword := _KEYWORD.fullmatch(tokens[0]):
         if keyword[2]:
             raise FormatError(
-                f"{lines.place(0)}: {tokens[0]} holds points of another dimension than 3; write it as plain OFF"
+                f"{text.place(0)}: {tokens[0]} holds points of another dimension than 3; write it as plain OFF"
             )
-        tokens = ([keyword[3]] if keyword[3] else []) + tokens[1:]
+        tokens = [*filter(None, [keyword[3]]), *tokens[1:]]
         if tokens and tokens[0].upper() == "BINARY":
-            raise FormatError(f"{lines.place(0)}: binary OFF is not read; write it as text, or as PLY")
+            raise FormatError(f"{text.place(0)}: binary OFF is not read; write it as text, or as PLY")
         if not tokens:
-            row = 1
-            if len(lines) == 1:
-                raise FormatError(f"{lines.name} ends after its header, before the numbers of vertices and faces")
-            tokens = lines.tokens(1)
+            if len(text) == 1:
+                raise FormatError(f"{text.name} ends after its header, before the numbers of vertices and faces")
+            tokens, line = text.tokens(1), 1
     elif not re.fullmatch(r"[+-]?[\d.]+", tokens[0]):
-        raise FormatError(f"{lines.place(0)}: '{tokens[0]}' is not how an OFF file starts (OFF, COFF, NOFF, STOFF)")
-    return (*_counts(lines, row, tokens), row + 1)
+        raise FormatError(f"{text.place(0)}: '{tokens[0]}' does not start an OFF file (OFF, COFF, NOFF, STOFF)")
+    return (*_counts(text.place(line), tokens), line + 1)
 
 
-def _counts(lines: Lines, row: int, tokens: list[str]) -> tuple[int, int]:
+def _counts(place: str, tokens: list[str]) -> tuple[int, int]:
     shown = " ".join(tokens[:4])
     if len(tokens) not in (2, 3) or not all(re.fullmatch(r"[+-]?\d{1,18}", token) for token in tokens):
-        raise FormatError(f"{lines.place(row)}: expected the numbers of vertices, faces and edges, not '{shown}'")
+        raise FormatError(f"{place}: expected the numbers of vertices, faces and edges, not '{shown}'")
     n, m = int(tokens[0]), int(tokens[1])
     if n < 0 or m < 0:
-        raise FormatError(f"{lines.place(row)}: {shown}: a number of vertices or faces cannot be negative")
+        raise FormatError(f"{place}: {shown}: a number of vertices or faces cannot be negative")
     if n == 0 or m == 0:
-        raise FormatError(f"{lines.place(row)}: the file has {n} vertices and {m} faces; a surface needs some of both")
+        raise FormatError(f"{place}: the file has {n} vertices and {m} faces; a surface needs some of both")
     return n, m
 
 
-def _check_length(lines: Lines, n: int, m: int, start: int) -> None:
-    there = len(lines) - start
-    if there < n:
-        raise FormatError(f"{lines.name} ends after {there} of {n} vertices")
-    if there < n + m:
-        raise FormatError(f"{lines.name} ends after {there - n} of {m} faces")
-    if there > n + m:
+def _check_length(text: TextFile, n: int, m: int, start: int) -> None:
+    found = len(text) - start
+    if found < n:
+        raise FormatError(f"{text.name} ends after {found} of {n} vertices")
+    if found < n + m:
+        raise FormatError(f"{text.name} ends after {found - n} of {m} faces")
+    if found > n + m:
         raise FormatError(
-            f"{lines.place(start + n + m)}: the file goes on after the {n} vertices and {m} faces of its header"
+            f"{text.place(start + n + m)}: the file goes on after the {n} vertices and {m} faces of its header"
         )
 
 
-def _vertices(lines: Lines, rows: Ints) -> Floats:
-    numbers = lines.numbers(rows)
-    return coordinates(lines, rows, numbers)
-
-
-def coordinates(lines: Lines, rows: Ints, numbers: Numbers) -> Floats:
-    """The first three numbers of each line, (lines, 3), or FormatError where there are fewer or one is not finite."""
-    if (short := numbers.counts < 3).any():
-        bad = int(np.argmax(short))
-        raise FormatError(f"{lines.place(rows[bad])}: a vertex needs 3 coordinates, not {numbers.counts[bad]}")
-    points = numbers.columns(3)
-    if not (finite := np.isfinite(points)).all():
-        bad = int(np.argmin(finite.all(axis=1)))
-        shown = " ".join(map(str, points[bad].tolist()))
-        raise FormatError(f"{lines.place(rows[bad])}: a coordinate is not a finite number: {shown}")
-    return points
-
-
-def _faces(lines: Lines, rows: Ints, n: int) -> tuple[Ints, Ints]:
-    """Corners of all faces, flat, and how many each has."""
-    numbers = lines.numbers(rows, whole=True)
-    sizes = whole(lines, rows, numbers.values[numbers.begins], numbers.begins, numbers)
+def _faces(rows: NumberRows, n: int) -> tuple[Ints, Ints]:
+    """Corners of all faces, flat, and the number of corners of each."""
+    sizes = rows.integers(rows.begins)
     if (few := sizes < 3).any():
         bad = int(np.argmax(few))
-        raise FormatError(f"{lines.place(rows[bad])}: a face needs at least 3 corners, not {sizes[bad]}")
-    if (short := numbers.counts - 1 < sizes).any():
+        raise FormatError(f"{rows.place(bad)}: a face needs at least 3 corners, not {sizes[bad]}")
+    if (short := rows.counts - 1 < sizes).any():
         bad = int(np.argmax(short))
-        raise FormatError(
-            f"{lines.place(rows[bad])}: the face says {sizes[bad]} corners, but {numbers.counts[bad] - 1} follow"
-        )
-    corners = _corners(lines, rows, numbers, sizes)
-    check_polygons(corners, sizes, n, lambda i: lines.place(rows[i]))
+        raise FormatError(f"{rows.place(bad)}: the face says {sizes[bad]} corners, but {rows.counts[bad] - 1} follow")
+    is_corner = np.ones(len(rows.values), dtype=bool)
+    is_corner[rows.begins] = False
+    has_color = (rows.counts - 1 > sizes).any()
+    corners = rows.integers(ranges(rows.begins + 1, sizes) if has_color else is_corner)
+    check_polygons(corners, sizes, n, rows.place)
     return corners, sizes
-
-
-def _corners(lines: Lines, rows: Ints, numbers: Numbers, sizes: Ints) -> Ints:
-    """The numbers behind the first of each line, as many as it says, flat."""
-    width = int(sizes[0])
-    alike = len(numbers.values) == (width + 1) * len(sizes) and (sizes == width).all()
-    if alike and numbers.values.dtype.kind == "i":
-        return numbers.values.reshape(-1, width + 1)[:, 1:].ravel()
-    at = ragged(numbers.begins + 1, sizes)
-    return whole(lines, rows, numbers.values[at], at, numbers)
-
-
-def whole(lines: Lines, rows: Ints, values: Floats | Ints, at: Ints | None, numbers: Numbers) -> Ints:
-    """Values as integers, or FormatError with the line of one that is none.
-
-    at: where in ``numbers`` they are, if they are not all of them.
-    """
-    if values.dtype.kind != "f":
-        return values
-    bad = ~(np.abs(values) < 2.0**62) | (values != np.floor(values))
-    if bad.any():
-        where = int(np.argmax(bad)) if at is None else int(at[np.argmax(bad)])
-        row = int(rows[np.searchsorted(numbers.begins, where, side="right") - 1])
-        raise FormatError(f"{lines.place(row)}: '{numbers.values[where]:g}' is not a whole number")
-    return values.astype(np.int64)

@@ -1,11 +1,13 @@
-"""PLY files of any layout: text or binary of either byte order, elements and properties in any order."""
+"""Reader of PLY files: text or binary of either byte order, with elements and properties in any order.
+
+Hand-written because meshio reads a damaged coordinate as NaN and drops face arrays, and VTK repeats the last number.
+"""
 
 import re
-import struct
 from array import array
-from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from struct import Struct
 from typing import Any
 
 import numpy as np
@@ -13,9 +15,10 @@ from numpy.typing import NDArray
 
 from geomhw.arrays import Ints
 from geomhw.errors import FormatError
-from geomhw.io.formats.assemble import Polygons, assemble
-from geomhw.io.formats.polygons import ragged
-from geomhw.io.formats.tokens import Lines
+from geomhw.io.formats.build_result import build_result
+from geomhw.io.formats.number_parsing import cast_exactly
+from geomhw.io.formats.polygons import Polygons, ranges
+from geomhw.io.formats.text_file import TextFile
 from geomhw.results import Result
 
 _TYPES = {"char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4", "float": "f4"}
@@ -25,7 +28,6 @@ _ORDERS = {"ascii": "<", "binary_little_endian": "<", "binary_big_endian": ">"}
 _STRUCT = {"i1": "b", "u1": "B", "i2": "h", "u2": "H", "i4": "i", "u4": "I", "f4": "f", "f8": "d", "i8": "q", "u8": "Q"}
 #: Names of the list of a face's corners.
 _CORNERS = ("vertex_indices", "vertex_index")
-_ALL = np.empty(0, np.int64)  # stands for all rows, where there is one group
 
 
 @dataclass(frozen=True)
@@ -54,21 +56,21 @@ _Columns = dict[str, NDArray[Any] | _Lists]
 
 
 def read_ply(name: str, data: bytes) -> Result:
-    """Mesh and arrays of a PLY file; scalars ``v_x v_y v_z`` make one vector array ``v``."""
-    order, elements, body = _header(name, data)
+    """Return the mesh and its arrays; scalars ``v_x v_y v_z`` become one vector array ``v``."""
+    order, elements, start = _header(name, data)
     text = order == "ascii"
-    buffer = _numbers_as_bytes(name, data, body) if text else np.frombuffer(data, np.uint8)[body:]
+    buffer = _numbers_as_bytes(name, data, start) if text else np.frombuffer(data, np.uint8)[start:]
     offset, found, ignored = 0, {}, []
     for element in elements:
         if not element.properties:
             continue  # its rows take no bytes, however many the header counts
-        reader = _Reader(name, element, _ORDERS[order], text)
+        rows = _Rows(name, element, buffer, offset, _ORDERS[order], text)
+        offset = rows.end
         if element.name in ("vertex", "face"):
-            found[element.name], offset = reader.read(buffer, offset)
+            found[element.name] = rows.columns()
         elif element.size:
-            offset = reader.skip(buffer, offset)
             ignored.append(element.name)
-    if offset < len(buffer) and (text or data[body + offset :].strip()):
+    if offset < len(buffer) and (text or data[start + offset :].strip()):
         raise FormatError(f"{name} goes on after the last element that its header counts")
     return _result(name, found, ignored)
 
@@ -78,21 +80,18 @@ def _result(name: str, found: dict[str, _Columns], ignored: list[str]) -> Result
     missing = [axis for axis in "xyz" if not isinstance(vertex.get(axis), np.ndarray)]
     if missing:
         raise FormatError(f"{name} has no vertices with x, y and z (missing: {', '.join(missing)})")
-    polygons = next((face.get(key) for key in _CORNERS if key in face), None)
+    polygons = next((face[key] for key in _CORNERS if key in face), None)
     if not isinstance(polygons, _Lists) or not len(polygons.sizes):
         raise FormatError(f"{name} has no faces: no element 'face' with a list 'vertex_indices'")
-    return assemble(
-        name,
-        "PLY",
-        Polygons(
-            points=np.stack([np.asarray(vertex[axis]) for axis in "xyz"], axis=1),
-            corners=polygons.flat if polygons.flat.dtype == np.int32 else polygons.flat.astype(np.int64),
-            sizes=polygons.sizes,
-            vertex_arrays=_vectors({k: v for k, v in vertex.items() if k not in ("x", "y", "z")}),
-            face_arrays=_vectors(face),
-            notes={"ignored": ignored} if ignored else {},
-        ),
+    content = Polygons(
+        points=np.stack([np.asarray(vertex[axis]) for axis in "xyz"], axis=1),
+        corners=polygons.flat if polygons.flat.dtype == np.int32 else polygons.flat.astype(np.int64),
+        sizes=polygons.sizes,
+        vertex_arrays=_vectors({k: v for k, v in vertex.items() if k not in ("x", "y", "z")}),
+        face_arrays=_vectors(face),
+        notes={"ignored": ignored} if ignored else {},
     )
+    return build_result(name, "PLY", content)
 
 
 def _vectors(columns: _Columns) -> dict[str, NDArray[Any]]:
@@ -117,9 +116,7 @@ def _header(name: str, data: bytes) -> tuple[str, list[_Element], int]:
         raise FormatError(f"{name} ends inside its header: there is no 'end_header'")
     order, elements = "", []
     for number, line in enumerate(data[: end.start()].decode("utf-8", "replace").splitlines(), start=1):
-        words = line.split()
-        place = f"{name}, line {number}"
-        match words:
+        match line.split():
             case ["format", kind, *_]:
                 order = kind
             case ["element", key, count] if re.fullmatch(r"[0-9]{1,18}", count):
@@ -131,157 +128,115 @@ def _header(name: str, data: bytes) -> tuple[str, list[_Element], int]:
             case [] | ["ply"] | ["comment" | "obj_info", *_]:
                 pass
             case _:
-                raise FormatError(f"{place}: '{line.strip()[:60]}' is not understood in the header of a PLY file")
+                shown = line.strip()[:60]
+                raise FormatError(f"{name}, line {number}: '{shown}' is not understood in the header of a PLY file")
     if order not in _ORDERS:
         raise FormatError(f"{name} is in the unknown PLY format '{order}'; known are {', '.join(_ORDERS)}")
     return order, elements, end.end()
 
 
-def _numbers_as_bytes(name: str, data: bytes, body: int) -> NDArray[np.uint8]:
-    """The body of a text file as the bytes of a binary one that has nothing but doubles."""
-    lines = Lines(name, data)
-    head = len(Lines(name, data[:body]))
-    return lines.numbers(np.arange(head, len(lines))).values.view(np.uint8)
+def _numbers_as_bytes(name: str, data: bytes, start: int) -> NDArray[np.uint8]:
+    """The body of a text file as that of a binary file in which all numbers are doubles."""
+    text = TextFile(name, data)
+    header = len(TextFile(name, data[:start]))
+    return text.numbers(np.arange(header, len(text))).values.view(np.uint8)
 
 
-class _Reader:
-    """Reads one element: rows of equal layout together, so that only lists of mixed lengths need a walk row by row."""
+class _Rows:
+    """The rows of one element: where each begins, how long its lists are, and where the next element begins.
 
-    def __init__(self, name: str, element: _Element, order: str, text: bool) -> None:
-        self.name, self.element, self.order, self.text = name, element, order, text
+    Rows of equal layout are described by the first of them and the bytes from one to the next, ``stride``; lists of
+    mixed lengths need a walk row by row.
+    """
 
-    def read(self, buffer: NDArray[np.uint8], offset: int) -> tuple[_Columns, int]:
-        """Columns by property, and where the next element begins."""
-        size = self.element.size
-        counts = next(self._walk(buffer, offset, min(size, 1)), (offset, ()))[1]
-        layout = self._layout(counts)
-        end = offset + size * layout.itemsize
-        if end <= len(buffer):
-            records = buffer[offset:end].view(layout) if end > offset else np.zeros(0, layout)
-            if all(np.all(records[f"n{i}"] == n) for i, n in enumerate(counts)):
-                self._check_corners(np.array([counts]))
-                return self._columns([(_ALL, counts, records)]), end
-        return self._mixed(buffer, offset)
+    def __init__(
+        self, name: str, element: _Element, buffer: NDArray[np.uint8], offset: int, order: str, text: bool
+    ) -> None:
+        self.name, self.element, self.buffer, self.order, self.text = name, element, buffer, order, text
+        self.begins, self.lengths, end = self._walk(offset, min(element.size, 1))
+        self.stride = end - offset
+        self.end = offset + element.size * self.stride
+        if self.end > len(buffer) or not self._are_alike():
+            self.begins, self.lengths, self.end = self._walk(offset, element.size)
+            self.stride = 0
 
-    def skip(self, buffer: NDArray[np.uint8], offset: int) -> int:
-        """Where the next element begins."""
-        if all(item.count is None for item in self.element.properties):
-            end = offset + self.element.size * self._layout(()).itemsize
-            if end > len(buffer):
-                self._truncated((len(buffer) - offset) // self._layout(()).itemsize)
-            return end
-        begin, counts = deque(self._walk(buffer, offset, self.element.size), maxlen=1)[0]
-        return begin + self._layout(counts).itemsize
-
-    def _mixed(self, buffer: NDArray[np.uint8], offset: int) -> tuple[_Columns, int]:
-        lists = sum(item.count is not None for item in self.element.properties)
-        steps = array("q")  # of each row where it begins and how long its lists are; Python's own numbers are heavy
-        for begin, lengths in self._walk(buffer, offset, self.element.size):
-            steps.append(begin)
-            steps.extend(lengths)
-        table = np.frombuffer(steps, np.int64).reshape(-1, 1 + lists)
-        self._check_corners(table[:, 1:])
-        begins, last = table[:, 0], table[-1]
-        kinds, group = np.unique(table[:, 1:], axis=0, return_inverse=True)
-        order, ends = np.argsort(group.ravel(), kind="stable"), np.cumsum(np.bincount(group.ravel()))
-        groups = []
-        for i, counts in enumerate(kinds.tolist()):
-            rows = order[ends[i - 1] if i else 0 : ends[i]]
-            layout = self._layout(tuple(counts))
-            unit = 8 if self.text else 1
-            units = buffer.view(np.uint64) if self.text else buffer
-            raw = units[begins[rows][:, None] // unit + np.arange(layout.itemsize // unit)]
-            groups.append((rows, tuple(counts), raw.view(layout).ravel()))
-        return self._columns(groups), int(last[0]) + self._layout(tuple(last[1:].tolist())).itemsize
-
-    def _check_corners(self, counts: Ints) -> None:
-        """FormatError where a face has too few; told before its row, of a byte or so, takes many bytes here."""
-        lists = [item.name for item in self.element.properties if item.count]
-        corners = next((k for k, name in enumerate(lists) if name in _CORNERS), None)
-        if self.element.name == "face" and corners is not None and counts.size and counts[:, corners].min() < 3:
-            row = int(np.argmax(counts[:, corners] < 3))
-            few = counts[row, corners]
-            raise FormatError(f"{self.name}, face {row}: face has {few} corners; it needs at least 3")
-
-    def _walk(self, buffer: NDArray[np.uint8], offset: int, size: int) -> Iterator[tuple[int, tuple[int, ...]]]:
-        """Where each row begins and how long its lists are; each length says where the next one stands."""
-        data = buffer.data
-        for row in range(size):
-            at, counts = offset, []
-            for item in self.element.properties:
-                if item.count:
-                    length = struct.Struct(self.order + _STRUCT[self._type(item.count)])
-                    if at + length.size > len(data):
-                        self._truncated(row)
-                    (value,) = length.unpack_from(data, at)
-                    if not 0 <= value < 2**31 or value != int(value):
-                        raise FormatError(f"{self.name}, {self.element.name} {row}: {value:g} is no length of a list")
-                    counts.append(int(value))
-                    at += length.size + counts[-1] * int(self._type(item.kind)[1])
-                else:
-                    at += int(self._type(item.kind)[1])
-            if at > len(data):
-                self._truncated(row)
-            yield offset, tuple(counts)
-            offset = at
-
-    def _type(self, kind: str) -> str:
-        return "f8" if self.text else kind
-
-    def _layout(self, counts: tuple[int, ...]) -> np.dtype[Any]:
-        """One row whose lists have these lengths: columns p0, p1, ... and lengths n0, n1, ..."""
-        fields: list[Any] = []
-        lengths = iter(enumerate(counts))
-        for i, item in enumerate(self.element.properties):
-            kind = self.order + self._type(item.kind)
-            if item.count:
-                k, count = next(lengths, (0, 0))
-                fields += [(f"n{k}", self.order + self._type(item.count)), (f"p{i}", kind, (count,))]
-            else:
-                fields.append((f"p{i}", kind))
-        return np.dtype(fields)
-
-    def _columns(self, groups: list[tuple[Ints, tuple[int, ...], NDArray[Any]]]) -> _Columns:
+    def columns(self) -> _Columns:
+        """Read all properties by name."""
+        for item, _, sizes in self._properties():  # before rows of a byte become many bytes
+            if self.element.name == "face" and item.count and item.name in _CORNERS and sizes.min(initial=3) < 3:
+                row = int(np.argmax(sizes < 3))
+                raise FormatError(f"{self.name}, face {row}: face has {sizes[row]} corners; it needs at least 3")
         columns: _Columns = {}
-        k = 0
-        for i, item in enumerate(self.element.properties):
-            parts = [(rows, records[f"p{i}"]) for rows, _, records in groups]
-            if len(groups) == 1 and item.count is None:
-                columns[item.name] = self._declared(item, parts[0][1])
-            elif len(groups) == 1:
-                length = groups[0][1][k] if groups[0][1] else 0
-                sizes = np.full(self.element.size, length, dtype=np.int64)
-                columns[item.name] = _Lists(self._declared(item, parts[0][1].ravel()), sizes)
-                k += 1
-            elif item.count is None:
-                column = np.empty(self.element.size, dtype=parts[0][1].dtype)
-                for rows, values in parts:
-                    column[rows] = values
-                columns[item.name] = self._declared(item, column)
-            else:
-                sizes = np.empty(self.element.size, dtype=np.int64)
-                for rows, counts, _ in groups:
-                    sizes[rows] = counts[k] if counts else 0
-                begins = np.cumsum(sizes) - sizes
-                flat = np.empty(int(sizes.sum()), dtype=parts[0][1].dtype)
-                for rows, values in parts:
-                    flat[ragged(begins[rows], sizes[rows])] = values.ravel()
-                columns[item.name] = _Lists(self._declared(item, flat), sizes)
-                k += 1
+        for item, at, sizes in self._properties():
+            values = self._declared(item, self._values(item.kind, at, sizes))
+            columns[item.name] = _Lists(values, np.broadcast_to(sizes, self.element.size)) if item.count else values
         return columns
 
-    def _declared(self, item: _Property, values: NDArray[Any]) -> NDArray[Any]:
-        """Values in native order and, from text, of the type that the header says."""
-        kind = np.dtype(item.kind)
-        if self.text and kind.kind in "iu":
-            limits = np.iinfo(kind)
-            if ((values != np.floor(values)) | (values < limits.min) | (values > limits.max)).any():
-                raise FormatError(
-                    f"{self.name}: property '{item.name}' of {self.element.name} is declared an integer of "
-                    f"{kind.itemsize} bytes, but has values that are none"
-                )
-        with np.errstate(over="ignore"):  # too large for single precision is infinite
-            return values.astype(kind, copy=False)
+    def _are_alike(self) -> bool:
+        """Whether the lists of all rows are as long as those of the first."""
+        for item, at, sizes in self._properties():
+            if item.count:
+                at = at - self._stored(item.count).itemsize
+                if (self._values(item.count, at, np.ones_like(at)) != sizes).any():
+                    return False
+        return True
 
-    def _truncated(self, row: int) -> None:
-        raise FormatError(f"{self.name} ends after {row} of {self.element.size} rows of element '{self.element.name}'")
+    def _properties(self) -> Iterator[tuple[_Property, Ints, Ints]]:
+        """Each property with the offsets and numbers of its values in the rows."""
+        at, lengths = self.begins, iter(self.lengths.T)
+        for item in self.element.properties:
+            sizes = np.ones_like(at)
+            if item.count:
+                at, sizes = at + self._stored(item.count).itemsize, next(lengths)
+            yield item, at, sizes
+            at = at + sizes * self._stored(item.kind).itemsize
+
+    def _values(self, declared: str, at: Ints, sizes: Ints) -> NDArray[Any]:
+        """The values at some offsets, flat; ``sizes[i]`` values follow each other at ``at[i]``."""
+        kind = self._stored(declared)
+        if self.stride:
+            shape = self.element.size, int(sizes[0])
+            return np.ndarray(shape, kind, self.buffer, int(at[0]), (self.stride, kind.itemsize)).reshape(-1)
+        everywhere = np.ndarray(max(len(self.buffer) - kind.itemsize + 1, 0), kind, self.buffer, strides=(1,))
+        return everywhere[ranges(at, sizes, kind.itemsize)]
+
+    def _walk(self, offset: int, size: int) -> tuple[Ints, Ints, int]:
+        """Offsets of some rows, lengths of their lists, and the offset after them; each length says where to go on."""
+        properties = self.element.properties
+        lengths = [item.count and Struct(self.order + _STRUCT[self._type(item.count)]) for item in properties]
+        widths = [self._stored(item.kind).itemsize for item in properties]
+        steps = array("q")  # of each row, its offset and the lengths of its lists
+        for row in range(size):
+            steps.append(offset)
+            for length, width in zip(lengths, widths, strict=True):
+                count = 1
+                if length:
+                    if offset + length.size > len(self.buffer):
+                        raise self._truncated(row)
+                    (value,) = length.unpack_from(self.buffer.data, offset)
+                    if not 0 <= value < 2**31 or value != int(value):
+                        raise FormatError(f"{self.name}, {self.element.name} {row}: {value:g} is no length of a list")
+                    count = int(value)
+                    steps.append(count)
+                    offset += length.size
+                offset += count * width
+            if offset > len(self.buffer):
+                raise self._truncated(row)
+        table = np.frombuffer(steps, np.int64).reshape(size, 1 + sum(map(bool, lengths)))
+        return table[:, 0], table[:, 1:], offset
+
+    def _type(self, declared: str) -> str:
+        return "f8" if self.text else declared
+
+    def _stored(self, declared: str) -> np.dtype[Any]:
+        return np.dtype(self.order + self._type(declared))
+
+    def _declared(self, item: _Property, values: NDArray[Any]) -> NDArray[Any]:
+        """Values in the type of the header and in native byte order."""
+        try:
+            return cast_exactly(values, np.dtype(item.kind)) if self.text else values.astype(item.kind, copy=False)
+        except ValueError as error:
+            raise FormatError(f"{self.name}: property '{item.name}' of {self.element.name}: {error}") from None
+
+    def _truncated(self, row: int) -> FormatError:
+        return FormatError(f"{self.name} ends after {row} of {self.element.size} rows of element '{self.element.name}'")

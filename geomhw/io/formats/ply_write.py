@@ -1,4 +1,7 @@
-"""PLY writer: binary, little-endian, coordinates in double precision, arrays on both elements."""
+"""Writer of PLY files: binary, little-endian, coordinates in double precision, arrays on vertices and faces.
+
+Hand-written because pyvista's writer drops arrays.
+"""
 
 import re
 from collections.abc import Iterator
@@ -19,7 +22,7 @@ _Column = tuple[str, NDArray[Any]]
 
 
 def write_ply(result: Result, path: Path) -> None:
-    """Write the mesh and its fields; a vector ``v`` becomes ``v_x v_y v_z``, any other width ``v_0 v_1 ...``."""
+    """Write the mesh and its fields; vectors ``v`` become ``v_x v_y v_z``, arrays of other widths ``v_0 v_1 ...``."""
     mesh = result.mesh
     axes = [(axis, mesh.vertices[:, k]) for k, axis in enumerate("xyz")]
     vertex = axes + _columns(result, "vertex")
@@ -38,35 +41,28 @@ def write_ply(result: Result, path: Path) -> None:
 
 def _columns(result: Result, location: Location) -> list[_Column]:
     """Scalar columns of the fields at one location, in types that PLY has."""
-    taken = {"x", "y", "z"} if location == "vertex" else {"vertex_indices"}
-    columns = []
+    columns: dict[str, NDArray[Any]] = {}
     for field in result.fields:
         if field.location != location:
             continue
         values = np.asarray(field.values)
         rows = values.reshape(len(values), -1)
-        for name, column in zip(_names(field.name, values.ndim, rows.shape[1]), rows.T, strict=True):
-            if name in taken:
+        ends = "xyz" if rows.shape[1] == 3 else range(rows.shape[1])
+        for end, column in zip(ends, rows.T, strict=True):
+            name = _plain(field.name) + (f"_{end}" if values.ndim > 1 else "")
+            if name in columns or name in (("x", "y", "z") if location == "vertex" else ("vertex_indices",)):
                 raise FieldError(f"two {location} arrays would both be '{name}' in PLY; rename field '{field.name}'")
-            taken.add(name)
-            columns.append((name, _storable(column)))
-    return columns
-
-
-def _names(name: str, ndim: int, width: int) -> list[str]:
-    plain = _plain(name)
-    if ndim == 1:
-        return [plain]
-    return [f"{plain}_{end}" for end in ("xyz" if width == 3 else range(width))]
+            columns[name] = _storable(column)
+    return list(columns.items())
 
 
 def _plain(name: str) -> str:
-    """A name without the spaces that would end it, in printable ASCII."""
+    """The name in printable ASCII without spaces, which would end it."""
     return re.sub(r"[^!-~]", "_", name)
 
 
 def _storable(column: NDArray[Any]) -> NDArray[Any]:
-    """The column in a type of PLY's that holds all its values: there are no integers of 8 bytes."""
+    """The column in a PLY type that holds all its values; PLY has no integers of 8 bytes."""
     if column.dtype.kind == "b":
         return column.astype(np.uint8)
     if column.dtype.kind in "iu" and column.dtype.itemsize < 8:
@@ -82,7 +78,7 @@ def _declarations(columns: list[_Column]) -> list[str]:
 
 
 def _records(columns: list[_Column]) -> Iterator[bytes]:
-    """The rows of these columns, some thousands at a time."""
+    """The rows of some columns, ``_ROWS`` at a time."""
     layout = [(f"c{i}", column.dtype.newbyteorder("<"), column.shape[1:]) for i, (_, column) in enumerate(columns)]
     rows = len(columns[0][1])
     for begin in range(0, rows, _ROWS):

@@ -1,4 +1,4 @@
-"""What VTK's cells mean here: which are faces of a surface, which are passed over, which are refused."""
+"""VTK cell types in readers: which are faces of a surface, which are ignored, and which are refused."""
 
 from dataclasses import dataclass, field
 from typing import Any
@@ -8,23 +8,23 @@ from numpy.typing import NDArray
 
 from geomhw.arrays import Floats, Ints
 from geomhw.errors import FormatError
-from geomhw.io.formats.assemble import Arrays, Polygons, assemble
-from geomhw.io.formats.polygons import ragged
+from geomhw.io.formats.build_result import build_result
+from geomhw.io.formats.polygons import Polygons, ranges
 from geomhw.results import Result
 
-#: Cells that are polygons with their corners in order.
+#: Cells that are polygons with their corners in order: triangle, polygon, quad.
 POLYGON = 7
 _FACES = (5, POLYGON, 9)
 #: The cells of polydata that come before and after its polygons.
 VERTEX, LINE, STRIP = 2, 4, 6
 _NAMES = {0: "empty", 1: "vertex", 2: "vertex", 3: "line", 4: "line", 6: "triangle strip", 8: "pixel", 10: "tetra"}
 _NAMES |= {11: "voxel", 12: "hexahedron", 13: "wedge", 14: "pyramid", 21: "quadratic edge", 22: "quadratic triangle"}
-_PASSED_OVER = (0, 1, 2, 3, 4, 21)
+_IGNORED = (0, 1, 2, 3, 4, 21)
 
 
 @dataclass(frozen=True)
 class Cells:
-    """Cells of one kind or of several: vertex indices flat, the number of them in each cell, VTK's type of each."""
+    """Cells: vertex indices, flat; the number of them in each cell; the VTK type of each cell."""
 
     corners: Ints
     sizes: Ints
@@ -33,7 +33,7 @@ class Cells:
 
 @dataclass
 class Dataset:
-    """What a VTK file holds, as it is read."""
+    """Contents of a VTK file, filled while it is read."""
 
     points: Floats | None = None
     cells: list[Cells] = field(default_factory=list)
@@ -42,25 +42,25 @@ class Dataset:
     mesh_arrays: dict[str, NDArray[Any]] = field(default_factory=dict)
 
 
-def from_offsets(name: str, connectivity: Ints, offsets: Ints, types: Ints | int) -> Cells:
-    """Cells given by where each of them ends in the connectivity."""
+def cells_from_offsets(name: str, connectivity: Ints, offsets: Ints, types: Ints | int) -> Cells:
+    """Return cells given by the offsets in the connectivity at which they end."""
     for what, array in (("offsets", offsets), ("connectivity", connectivity), ("types", np.asarray(types))):
         if array.dtype.kind not in "iu" or array.ndim > 1:
-            raise FormatError(f"{name}: the {what} of the cells are not whole numbers, one after the other")
-    # Before differences are taken, which may wrap.
-    if (offsets[1:] < offsets[:-1]).any() or (len(offsets) and not 0 <= offsets[0] <= offsets[-1]):
+            raise FormatError(f"{name}: the {what} of the cells are not a list of whole numbers")
+    # Before differences, which may overflow.
+    if (offsets[1:] < offsets[:-1]).any() or (len(offsets) and offsets[0] < 0):
         raise FormatError(f"{name}: the offsets of the cells do not ascend")
     if (int(offsets[-1]) if len(offsets) else 0) != len(connectivity):
         raise FormatError(f"{name}: the offsets of the cells do not fit their connectivity")
     sizes = np.diff(offsets.astype(np.int64), prepend=0)
-    kinds = np.broadcast_to(types, len(sizes)) if isinstance(types, int) else types
+    kinds = np.full(len(sizes), types) if isinstance(types, int) else types
     if len(kinds) != len(sizes):
         raise FormatError(f"{name} has {len(kinds)} cell types for {len(sizes)} cells")
     return Cells(connectivity.astype(np.int64), sizes, kinds)
 
 
 def surface(name: str, kind: str, data: Dataset) -> Result:
-    """The Result of a VTK file: its triangles, quads and polygons, with their rows of the cell arrays."""
+    """Return the triangles, quads and polygons of a VTK file, with their rows of the cell arrays."""
     if data.points is None or not data.cells:
         raise FormatError(f"{name} has no {'points' if data.points is None else 'cells'}")
     if data.points.size % 3:
@@ -70,25 +70,20 @@ def surface(name: str, kind: str, data: Dataset) -> Result:
     types = np.concatenate([cells.types for cells in data.cells])
     is_face = np.isin(types, _FACES)
     others = {int(t): _NAMES.get(int(t), f"type {t}") for t in np.unique(types[~is_face])}
-    if refused := [label for t, label in others.items() if t not in _PASSED_OVER]:
+    if refused := [label for t, label in others.items() if t not in _IGNORED]:
         raise FormatError(f"{name} holds {', '.join(refused)} cells; a surface is made of triangles and polygons")
     if not is_face.any():
         raise FormatError(f"{name} has no faces" + (f", only {', '.join(others.values())} cells" if others else ""))
-    begins = np.cumsum(sizes) - sizes
+    for key, array in data.cell_arrays.items():
+        if len(array) != len(is_face):
+            raise FormatError(f"{name}: array '{key}' has {len(array)} rows for {len(is_face)} cells")
     content = Polygons(
         points=data.points.reshape(-1, 3),
-        corners=corners[ragged(begins[is_face], sizes[is_face])] if others else corners,
+        corners=corners[ranges((np.cumsum(sizes) - sizes)[is_face], sizes[is_face])] if others else corners,
         sizes=sizes[is_face],
         vertex_arrays=data.vertex_arrays,
-        face_arrays=_of_faces(name, data.cell_arrays, is_face),
+        face_arrays={key: array[is_face] for key, array in data.cell_arrays.items()},
         mesh_arrays=data.mesh_arrays,
         notes={"ignored": sorted(set(others.values()))} if others else {},
     )
-    return assemble(name, kind, content)
-
-
-def _of_faces(name: str, arrays: Arrays, is_face: NDArray[np.bool_]) -> dict[str, NDArray[Any]]:
-    for key, array in arrays.items():
-        if len(array) != len(is_face):
-            raise FormatError(f"{name}: array '{key}' has {len(array)} rows for {len(is_face)} cells")
-    return {key: array[is_face] for key, array in arrays.items()}
+    return build_result(name, kind, content)

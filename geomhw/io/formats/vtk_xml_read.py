@@ -1,4 +1,7 @@
-"""Reader of VTK's XML files ``.vtp`` and ``.vtu``: arrays as text, inline base64 or appended, compressed or not."""
+"""Reader of VTK's XML files ``.vtp`` and ``.vtu``: arrays as text, inline base64 or appended, compressed or not.
+
+Hand-written because VTK reads the index 1.5 as 1, and meshio reads no ``.vtp``.
+"""
 
 import binascii
 import lzma
@@ -16,36 +19,33 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geomhw.errors import FormatError
-from geomhw.io.formats.decimal_parser import converted, parse_numbers
-from geomhw.io.formats.vtk_cells import LINE, POLYGON, STRIP, VERTEX, Dataset, from_offsets, surface
+from geomhw.io.formats.number_parsing import parse_array
+from geomhw.io.formats.vtk_cells import LINE, POLYGON, STRIP, VERTEX, Dataset, cells_from_offsets, surface
 from geomhw.io.formats.xml_tree import parse_xml
 from geomhw.results import Cloud, Field, Result
 
-#: What the highest level of LZMA takes to unpack; a file may ask for gigabytes.
+#: Bytes that the highest level of LZMA takes to unpack; a file may ask for gigabytes.
 _LZMA_MEMORY = 70 << 20
-_UNPACKERS: dict[str | None, Callable[[], Any] | None] = {
-    None: None,
-    "vtkZLibDataCompressor": zlib.decompressobj,
-    "vtkLZMADataCompressor": partial(lzma.LZMADecompressor, memlimit=_LZMA_MEMORY),
-}
-_PACKING = (zlib.error, lzma.LZMAError, MemoryError)
+_UNPACKERS: dict[str | None, Callable[[], Any] | None] = {None: None, "vtkZLibDataCompressor": zlib.decompressobj}
+_UNPACKERS["vtkLZMADataCompressor"] = partial(lzma.LZMADecompressor, memlimit=_LZMA_MEMORY)
+_DAMAGE = (ElementTree.ParseError, ValueError, KeyError, IndexError, EOFError, zlib.error, lzma.LZMAError, MemoryError)
 _TYPES = {f"{word}{8 * size}": f"{kind}{size}" for word, kind in (("Int", "i"), ("UInt", "u")) for size in (1, 2, 4, 8)}
 _TYPES |= {"Float32": "f4", "Float64": "f8"}
 _POLYDATA = (("Verts", VERTEX), ("Lines", LINE), ("Polys", POLYGON), ("Strips", STRIP))
 
 
 def read_vtp(name: str, data: bytes) -> Result:
-    """Polydata."""
+    """Return the polygons of polydata with their arrays."""
     return surface(name, "VTP", _read(name, data, "PolyData"))
 
 
 def read_vtu(name: str, data: bytes) -> Result:
-    """An unstructured grid, of which the triangles, quads and polygons are taken."""
+    """Return the triangles, quads and polygons of an unstructured grid with their arrays."""
     return surface(name, "VTU", _read(name, data, "UnstructuredGrid"))
 
 
 def read_vtp_cloud(name: str, data: bytes) -> Cloud:
-    """The points of polydata, whatever its cells, with their arrays of any width."""
+    """Return the points of polydata with their arrays of any width; cells are ignored."""
     dataset = _read(name, data, "PolyData")
     points = np.zeros((0, 3)) if dataset.points is None else dataset.points
     on_points = [Field(key, "vertex", values) for key, values in dataset.vertex_arrays.items()]
@@ -60,7 +60,7 @@ def _read(name: str, data: bytes, kind: str) -> Dataset:
         arrays = _Arrays(name, root, appended, encoding)
         grid = root.find(kind)
         return _dataset(name, grid if grid is not None else root, arrays, kind)
-    except (ElementTree.ParseError, ValueError, KeyError, IndexError, EOFError, *_PACKING) as error:
+    except _DAMAGE as error:
         reason = " ".join(str(error).split())[:120]
         raise FormatError(f"{name} is not a whole VTK XML file: {reason}") from error
 
@@ -82,31 +82,30 @@ def _dataset(name: str, grid: Element, arrays: "_Arrays", kind: str) -> Dataset:
         raise FormatError(f"{name} holds {len(pieces)} pieces with points; exactly one is read")
     piece = pieces[0]
     points = piece.find("Points/DataArray")
-    dataset = Dataset(points=None if points is None else arrays.decoded(points))
+    cells = []
     for tag, cell_type in _POLYDATA if kind == "PolyData" else (("Cells", None),):
-        block = piece.find(tag)
-        if block is None:
-            continue
-        parts = arrays.by_name(block)
-        if not len(parts.get("offsets", ())):
-            continue
-        types = parts["types"] if cell_type is None else cell_type
-        dataset.cells.append(from_offsets(name, parts["connectivity"], parts["offsets"], types))
-    dataset.vertex_arrays.update(arrays.by_name(piece.find("PointData")))
-    dataset.cell_arrays.update(arrays.by_name(piece.find("CellData")))
-    dataset.mesh_arrays.update(arrays.by_name(grid.find("FieldData")))
-    return dataset
+        parts = arrays.by_name(piece.find(tag))
+        if len(parts.get("offsets", ())):
+            types = parts["types"] if cell_type is None else cell_type
+            cells.append(cells_from_offsets(name, parts["connectivity"], parts["offsets"], types))
+    return Dataset(
+        points=None if points is None else arrays.decode(points),
+        cells=cells,
+        vertex_arrays=arrays.by_name(piece.find("PointData")),
+        cell_arrays=arrays.by_name(piece.find("CellData")),
+        mesh_arrays=arrays.by_name(grid.find("FieldData")),
+    )
 
 
 @dataclass(frozen=True)
 class _Encoded:
-    """Coded bytes that are taken from the front; base64 text is decoded as it is taken."""
+    """Encoded bytes, taken from the front; base64 text is decoded as it is taken."""
 
     data: memoryview
     base64: bool
 
     def take(self, count: int) -> tuple[bytes, "_Encoded"]:
-        """So many bytes, and what follows the coded block that ends with them."""
+        """Some bytes, and the rest after the encoded block that ends with them."""
         width = -(-count // 3) * 4 if self.base64 else count
         coded = self.data[:width]
         if len(coded) < width:
@@ -114,7 +113,7 @@ class _Encoded:
         plain = binascii.a2b_base64(coded) if self.base64 else bytes(coded)
         return plain[:count], _Encoded(self.data[width:], self.base64)
 
-    def head_is_apart(self, count: int) -> bool:
+    def ends_after(self, count: int) -> bool:
         """Whether the first bytes are a base64 block of their own, closed by its padding."""
         width = -(-count // 3) * 4
         return self.base64 and bytes(self.data[width - 1 : width]) == b"="
@@ -124,68 +123,57 @@ class _Arrays:
     """Decodes the DataArray elements of one file."""
 
     def __init__(self, name: str, root: Element, appended: bytes, encoding: str) -> None:
-        self.name = name
         self.order = ">" if root.get("byte_order") == "BigEndian" else "<"
         self.head = np.dtype(self.order + _TYPES[root.get("header_type", "UInt32")])
         compressor = root.get("compressor")
         if compressor not in _UNPACKERS and any(e.get("format") != "ascii" for e in root.iter("DataArray")):
             raise FormatError(f"{name} is compressed with {compressor}, which is not read; use zlib or none")
         self.unpacker = _UNPACKERS.get(compressor)
-        self.appended, self.encoding = appended, encoding
+        self.appended, self.encoding = memoryview(appended), encoding
 
     def by_name(self, parent: Element | None) -> dict[str, NDArray[Any]]:
         """The numeric arrays under an element."""
         found = [] if parent is None else [child for child in parent.iter("DataArray") if child.get("type") in _TYPES]
-        return {child.get("Name", f"array {i}"): self.decoded(child) for i, child in enumerate(found)}
+        return {child.get("Name", f"array {i}"): self.decode(child) for i, child in enumerate(found)}
 
-    def decoded(self, element: Element) -> NDArray[Any]:
+    def decode(self, element: Element) -> NDArray[Any]:
         """One array, (rows,) or (rows, components)."""
         kind = np.dtype(self.order + _TYPES[element.get("type", "")])
-        form = element.get("format", "ascii")
-        text = (element.text or "").strip()
+        form, text = element.get("format", "ascii"), (element.text or "").strip().encode()
         if form == "ascii":
-            values = converted(self._text(element, text), kind.newbyteorder("="))
+            values = parse_array(text, kind.newbyteorder("="))
         else:
+            coded = _Encoded(memoryview(text), True)
             if form == "appended":
-                block = memoryview(self.appended)[int(element.get("offset", "0")) :]
-                coded = _Encoded(block, self.encoding == "base64")
-            else:
-                coded = _Encoded(memoryview(text.encode("ascii")), True)
-            raw = self._blocks(coded) if self.unpacker else self._plain(coded)
-            values = np.frombuffer(raw, dtype=kind)
+                coded = _Encoded(self.appended[int(element.get("offset", "0")) :], self.encoding == "base64")
+            values = np.frombuffer(self._unpack(coded) if self.unpacker else self._plain(coded), dtype=kind)
         width = int(element.get("NumberOfComponents") or 1)
         return values.reshape(-1, width) if width > 1 else values
 
-    def _text(self, element: Element, text: str) -> NDArray[Any]:
-        integers = element.get("type") in ("Int64", "UInt64")
-        values = parse_numbers(text.encode(), np.int64 if integers else np.float64) if text else np.empty(0)
-        if values is None:
-            raise FormatError(f"{self.name}: array '{element.get('Name')}' holds something that is not a number")
-        return values
-
     def _plain(self, coded: _Encoded) -> bytes:
+        """The length, then the bytes; in base64 the two are one block, or each is its own."""
         size = self.head.itemsize
-        (count,) = np.frombuffer(coded.take(size)[0], dtype=self.head).tolist()
-        if not coded.base64 or coded.head_is_apart(size):
-            return coded.take(size)[1].take(count)[0]
+        head, rest = coded.take(size)
+        (count,) = np.frombuffer(head, dtype=self.head).tolist()
+        if not coded.base64 or coded.ends_after(size):
+            return rest.take(count)[0]
         return coded.take(size + count)[0][size:]
 
-    def _blocks(self, coded: _Encoded) -> bytes:
-        """Number of blocks, their size, that of the last, and the coded size of each; then the blocks."""
-        assert self.unpacker is not None
+    def _unpack(self, coded: _Encoded) -> bytes:
+        """Number of blocks, their size, that of the last, and the packed size of each; then the blocks."""
         size = self.head.itemsize
         (count,) = np.frombuffer(coded.take(size)[0], dtype=self.head).tolist()
         head, rest = coded.take(size * (3 + count))
         _, full, last, *lengths = np.frombuffer(head, dtype=self.head).tolist()
         body, _ = rest.take(sum(lengths))
-        ends = list(accumulate([0, *lengths]))
+        ends = accumulate([0, *lengths])
         sizes = ([full] * (count - 1) + [last or full])[:count]
         return b"".join(self._block(body[a:b], size) for (a, b), size in zip(pairwise(ends), sizes, strict=True))
 
-    def _block(self, coded: bytes, size: int) -> bytes:
-        """One block, unpacked no further than the size that the file says."""
+    def _block(self, packed: bytes, size: int) -> bytes:
+        """One block, unpacked no further than its declared size."""
         assert self.unpacker is not None
-        plain = self.unpacker().decompress(coded, size + 1)
+        plain = self.unpacker().decompress(packed, size + 1)
         if len(plain) != size:
-            raise ValueError(f"a compressed block is not of the {size} bytes that are said")
+            raise ValueError(f"a compressed block does not hold the {size} bytes that its header says")
         return plain

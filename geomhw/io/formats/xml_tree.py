@@ -1,28 +1,28 @@
-"""XML as VTK writes it: elements and attributes, no document type, hence no entities that grow."""
+"""XML as VTK writes it: elements and attributes without a document type, so that no entity can expand."""
 
 import re
 from typing import NoReturn
 from xml.etree.ElementTree import Element, TreeBuilder, XMLParser
 
-#: What does not come back from an XML attribute [XML 1.0, sec. 2.2 and 3.3.3]: control characters, half of a pair.
+#: Characters that an XML attribute cannot hold [XML 1.0, sec. 2.2 and 3.3.3]: control characters, single surrogates.
 UNWRITABLE = re.compile("[\x00-\x1f\ud800-\udfff\ufffe\uffff]")
-#: A VTK file has a handful of elements an array, a series one a frame; each costs a hundred bytes of memory and more.
+#: A VTK file has a few elements an array, a series one a frame; each takes a hundred bytes of memory and more.
 MOST_TAGS, LEAST_BYTES_A_TAG = 1000, 32
 
 
 def parse_xml(data: bytes) -> Element:
-    """The root element; ParseError where it is no XML, ValueError where it is not of the kind that is read here."""
+    """Return the root element; ParseError if the data are not XML, ValueError if they are not XML of VTK's kind."""
     if (tags := data.count(b"<")) > MOST_TAGS and tags * LEAST_BYTES_A_TAG > len(data):
         raise ValueError(f"{tags} tags in {len(data)} bytes are no data")
-    parser = XMLParser(target=_Plain())
+    parser = XMLParser(target=_WithoutDocumentType())
     parser.feed(data)
     root: Element = parser.close()
     return root
 
 
-class _Plain(TreeBuilder):
-    """A tree without a document type."""
+class _WithoutDocumentType(TreeBuilder):
+    """A tree that refuses a document type."""
 
     def doctype(self, name: str, pubid: str | None, system: str | None) -> NoReturn:
-        """Refuse one where it starts, before what it declares is read."""
+        """Raise before the declarations of the document type are read."""
         raise ValueError("it has a document type, which no VTK file has")

@@ -10,16 +10,29 @@ from numpy.typing import NDArray
 
 from geomhw.errors import FormatError
 from geomhw.io.atomic import replacing
-from geomhw.io.file_bytes import content
+from geomhw.io.file_content import read_bytes
 
-#: Bytes that deflate makes of one at most [RFC 1951].
+#: Largest factor by which deflate compresses [RFC 1951].
 _DEFLATED = 1032
-#: Kinds of PNG with up to 8 bits a channel, as Pillow calls them.
+#: Pillow's names of the kinds of PNG with up to 8 bits a channel.
 _MODES = {"1", "L", "LA", "P", "RGB", "RGBA"}
 
 
 def write_png(path: str | Path, image: NDArray[Any]) -> None:
-    """Write an (h, w, 3) array of uint8; equal pictures give equal bytes."""
+    """Write a PNG picture atomically; equal pictures give equal bytes.
+
+    Parameters
+    ----------
+    path
+        File to write.
+    image
+        Red, green and blue, (h, w, 3), uint8.
+
+    Raises
+    ------
+    FormatError
+        If the image has another shape or type, or the file cannot be written.
+    """
     if image.dtype != np.uint8 or image.ndim != 3 or image.shape[2] != 3 or not image.size:
         raise FormatError(f"a picture must be an (h, w, 3) array of uint8, not {image.shape} of {image.dtype}")
     from PIL import Image
@@ -29,14 +42,24 @@ def write_png(path: str | Path, image: NDArray[Any]) -> None:
 
 
 def read_png(path: str | Path) -> NDArray[np.uint8]:
-    """The picture, (h, w, 4): red, green, blue and opacity."""
+    """Read a PNG picture of up to 8 bits a channel.
+
+    Returns
+    -------
+    Red, green, blue and opacity, (h, w, 4).
+
+    Raises
+    ------
+    FormatError
+        If the file cannot be read, is damaged, has more than 8 bits a channel, or is too small for its pixels.
+    """
     from PIL import Image
 
     path = Path(path)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error", Image.DecompressionBombWarning)
-            data = content(path)
+            data = read_bytes(path)
             picture = Image.open(io.BytesIO(data), formats=["PNG"])
             if picture.width * picture.height // 8 > _DEFLATED * len(data):
                 raise ValueError(f"{picture.width} x {picture.height} pixels do not fit into {len(data)} bytes")

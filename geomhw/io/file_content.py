@@ -1,0 +1,65 @@
+"""Whole files as bytes, lines of text or JSON; a file that cannot be read gives a one-line error."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+from geomhw.errors import FormatError
+
+
+def read_bytes(path: Path, limit: int | None = None) -> bytes:
+    """Return the first ``limit`` bytes of a file, by default all; FormatError if it cannot be read or is empty."""
+    try:
+        with path.open("rb") as stream:
+            data = stream.read(limit)
+    except FileNotFoundError:
+        raise FormatError(f"{path}: there is no such file") from None
+    except OSError as error:
+        reason = "it is a folder" if path.is_dir() else (error.strerror or str(error)).lower()
+        raise FormatError(f"{path} cannot be read: {reason}") from error
+    if not data:
+        raise FormatError(f"{path} is an empty file")
+    return data
+
+
+def read_lines(path: str | Path) -> list[tuple[int, str]]:
+    """Read the lines of a text file that are not blank, without remarks after ``#``.
+
+    Parameters
+    ----------
+    path
+        File in UTF-8.
+
+    Returns
+    -------
+    Pairs of line number, from 1, and text without leading and trailing blanks.
+
+    Raises
+    ------
+    FormatError
+        If the file cannot be read, is not text, or has no such lines.
+    """
+    path = Path(path)
+    try:
+        text = read_bytes(path).decode("utf-8-sig")
+    except UnicodeDecodeError:
+        raise FormatError(f"{path} is not a text file in UTF-8") from None
+    bare = [line.partition("#")[0].strip() for line in text.splitlines()]
+    if not any(bare):
+        raise FormatError(f"{path} holds nothing but blank lines and remarks")
+    return [(number, line) for number, line in enumerate(bare, start=1) if line]
+
+
+def read_json(path: str | Path) -> Any:
+    """Read a JSON document; NaN and Infinity are accepted as numbers.
+
+    Raises
+    ------
+    FormatError
+        If the file cannot be read or is not JSON.
+    """
+    path = Path(path)
+    try:
+        return json.loads(read_bytes(path).decode("utf-8-sig"))
+    except (ValueError, RecursionError) as error:
+        raise FormatError(f"{path.name} cannot be read as JSON: {error}") from None

@@ -1,0 +1,102 @@
+"""Writers of VTK's XML formats ``.vtp`` and ``.vtu``, arrays inline in base64.
+
+Hand-written because VTK's writer takes three times as long (0.22 s against 0.07 s for 164k vertices), copies the mesh,
+and reports a full disk on standard error.
+"""
+
+import binascii
+from collections.abc import Iterable, Iterator
+from itertools import chain
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from geomhw.arrays import Floats
+from geomhw.io.formats.vtk_write import arrays_at
+from geomhw.io.formats.xml_tree import UNWRITABLE
+from geomhw.results import Cloud, Result
+
+_KINDS = {"i": "Int", "u": "UInt", "f": "Float"}
+_TRIANGLE = 5
+#: Bytes coded in base64 at a time, a multiple of three.
+_CODED = 3 << 16
+#: Bytes of the length of an array, coded in one block with its first bytes: together a multiple of three.
+_LENGTH, _FIRST = 8, 16
+
+
+def write_vtp(result: Result, path: Path) -> None:
+    """Write triangles as polydata."""
+    mesh = result.mesh
+    size = f'NumberOfPoints="{mesh.n_vertices}" NumberOfPolys="{mesh.n_faces}"'
+    _write(result, mesh.vertices, path, "PolyData", size, "Polys", _triangles(result))
+
+
+def write_vtp_cloud(cloud: Cloud, path: Path) -> None:
+    """Write points as polydata with a vertex cell for each."""
+    count = len(cloud.points)
+    cells = [("connectivity", np.arange(count)), ("offsets", np.arange(1, count + 1))]
+    size = f'NumberOfPoints="{count}" NumberOfVerts="{count}"'
+    _write(cloud, cloud.points, path, "PolyData", size, "Verts", cells)
+
+
+def write_vtu(result: Result, path: Path) -> None:
+    """Write an unstructured grid of triangles."""
+    mesh = result.mesh
+    cells = [*_triangles(result), ("types", np.full(mesh.n_faces, _TRIANGLE, np.uint8))]
+    size = f'NumberOfPoints="{mesh.n_vertices}" NumberOfCells="{mesh.n_faces}"'
+    _write(result, mesh.vertices, path, "UnstructuredGrid", size, "Cells", cells)
+
+
+_Arrays = list[tuple[str, NDArray[Any]]]
+
+
+def _triangles(result: Result) -> _Arrays:
+    offsets = np.arange(3, 3 * result.mesh.n_faces + 3, 3)
+    return [("connectivity", result.mesh.faces.ravel()), ("offsets", offsets)]
+
+
+def _write(
+    result: Result | Cloud, points: Floats, path: Path, kind: str, size: str, cell_tag: str, cells: _Arrays
+) -> None:
+    head = f'<VTKFile type="{kind}" version="1.0" byte_order="LittleEndian" header_type="UInt64">'
+    piece = [
+        _element("Points", [("Points", points)]),
+        _element(cell_tag, cells),
+        _element("PointData", arrays_at(result, "vertex")),
+        _element("CellData", arrays_at(result, "face")),
+    ]
+    with path.open("wb") as stream:
+        stream.write(f'<?xml version="1.0"?>\n{head}\n<{kind}>\n'.encode())
+        stream.writelines(_element("FieldData", arrays_at(result, "mesh"), tuples=True))
+        stream.write(f"<Piece {size}>\n".encode())
+        stream.writelines(chain.from_iterable(piece))
+        stream.write(f"</Piece>\n</{kind}>\n</VTKFile>\n".encode())
+
+
+def _element(name: str, arrays: _Arrays, tuples: bool = False) -> Iterator[bytes]:
+    """An element around its arrays; nothing where it has none."""
+    if arrays:
+        yield f"<{name}>\n".encode()
+        yield from chain.from_iterable(_data_array(*array, tuples) for array in arrays)
+        yield f"</{name}>\n".encode()
+
+
+def _data_array(name: str, values: NDArray[Any], tuples: bool) -> Iterable[bytes]:
+    """A DataArray; ``tuples``: with its number of rows, as field data must have."""
+    kind = f"{_KINDS[values.dtype.kind]}{8 * values.dtype.itemsize}"
+    width = f' NumberOfComponents="{values.shape[1]}"' if values.ndim > 1 else ""
+    length = f' NumberOfTuples="{len(values)}"' if tuples else ""
+    raw = np.ascontiguousarray(values.astype(values.dtype.newbyteorder("<"), copy=False)).reshape(-1).view(np.uint8)
+    yield f'<DataArray type="{kind}" Name="{_attribute(name)}"{width}{length} format="binary">'.encode()
+    yield binascii.b2a_base64(raw.nbytes.to_bytes(_LENGTH, "little") + raw[:_FIRST].tobytes(), newline=False)
+    for begin in range(_FIRST, raw.nbytes, _CODED):
+        yield binascii.b2a_base64(raw[begin : begin + _CODED].data, newline=False)
+    yield b"</DataArray>\n"
+
+
+def _attribute(name: str) -> str:
+    """The name as an XML attribute, without characters that XML cannot hold there."""
+    name = UNWRITABLE.sub("_", name)
+    return name.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;").replace('"', "&quot;")
