@@ -1,7 +1,10 @@
-"""Intrinsic Delaunay triangulation: the same surface and vertices, with edges whose cotan weights are not negative.
+"""Intrinsic Delaunay triangulation by edge flips: the same surface and vertices, without negative cotan weights.
 
 Fisher, Springborn, Bobenko, Schröder: An Algorithm for the Construction of Intrinsic Delaunay Triangulations with
 Applications to Digital Geometry Processing. Computing 81, 2007.
+
+Array expressions take 0.15 s on a scan of 43,000 vertices. A compiled queue of edges takes 0.04 s, but to load numba
+takes 0.35 s of processor time.
 """
 
 from dataclasses import replace
@@ -14,22 +17,46 @@ from geomhw.intrinsic.intrinsic_mesh import IntrinsicMesh
 from geomhw.mesh import geometry
 from geomhw.mesh.topology import Edges
 
-#: An edge is flipped where cot α + cot β is below minus this share of what each can be: rounding alone flips none.
+#: An edge is flipped if cot α + cot β is below minus this fraction of the size of its terms: not by rounding alone.
 TOLERANCE = 1e-13
-#: Far more rounds than any mesh should need: a flat grid of 100 x 100 cells sheared by 100 takes two hundred.
+#: Largest number of rounds. A flat grid of 100 x 100 cells sheared by 100 takes two hundred.
 MAX_ROUNDS = 100_000
 
 
 class DelaunayFlips:
-    """Flips edges of a closed oriented surface, by length alone, until all are Delaunay.
+    """Intrinsic Delaunay triangulation of a closed, consistently oriented surface by edge flips.
 
-    Edges keep their numbers; the one that is flipped joins other vertices from then on. Halfedge 3f+k is the side of
-    face f opposite its corner k. It knows its ``corner``, its ``edge``, and on which of the ``sides`` of that edge it
-    is; no two edges are ever told apart by the vertices at their ends.
+    An edge is Delaunay if its opposite angles sum to at most π, that is, if its cotan weight is not negative. Each
+    round flips edges that share no face, in array expressions.
 
-    flips, rounds: how often an edge was flipped, and in how many sets of independent ones. ConvergenceError if that
-    does not come to an end.
+    Parameters
+    ----------
+    surface : IntrinsicMesh
+
+    Attributes
+    ----------
+    flips : int
+        Number of edge flips.
+    rounds : int
+        Number of sets of independent flips.
+
+    Raises
+    ------
+    ConvergenceError
+        If the flips do not terminate.
+
+    Examples
+    --------
+    >>> from geomhw.intrinsic import tufted_cover
+    >>> from geomhw.mesh import TriangleMesh
+    >>> rhombus = TriangleMesh([[-1, 0, 0], [1, 0, 0], [0, 0.1, 0], [0, -0.1, 0]], [[0, 1, 2], [1, 0, 3]])
+    >>> done = DelaunayFlips(tufted_cover(IntrinsicMesh.of(rhombus)))
+    >>> done.flips, round(float(done.surface.lengths.min()), 12)  # the short diagonal, on both sides
+    (2, 0.2)
     """
+
+    # Halfedge 3f+k is opposite corner k of face f. ``_corner``, ``_edge`` and ``_side`` (0 or 1) are by halfedge,
+    # ``_sides``, the two halfedges, by edge. Edges and faces keep their numbers; a flip changes their vertices.
 
     def __init__(self, surface: IntrinsicMesh) -> None:
         assert surface.is_closed
@@ -41,7 +68,7 @@ class DelaunayFlips:
         self._sides = np.argsort(self._edge, kind="stable").reshape(-1, 2)
         self._side = np.zeros(len(self._edge), dtype=np.int8)
         self._side[self._sides[:, 1]] = 1
-        # Ranks by lot: where each edge is in conflict with its neighbors, a good share still goes in one round.
+        # With random ranks, many edges are flipped per round even if all are to be flipped.
         self._rank = np.random.default_rng(0).permutation(surface.n_edges)
         self._least = np.full(surface.n_faces, surface.n_edges)
         self.flips, self.rounds = 0, 0
@@ -49,7 +76,7 @@ class DelaunayFlips:
 
     @property
     def surface(self) -> IntrinsicMesh:
-        """The surface as triangulated now."""
+        """The Delaunay triangulation, on the same vertices."""
         before = self._start.gluing
         of_faces = frozen(self._edge.reshape(-1, 3))
         gluing = Edges(frozen(self._ends), of_faces, before.face_counts, before.orientation_sums)
@@ -57,12 +84,13 @@ class DelaunayFlips:
         return replace(self._start, faces=faces, gluing=gluing, lengths=frozen(self._length))
 
     def _run(self) -> None:
+        """Flip until all edges are Delaunay; after a round, only edges around the flipped ones are tested."""
         suspect = np.zeros(len(self._length), dtype=bool)
         waiting = self._not_delaunay(np.arange(len(self._length)))
         while len(waiting):
             if self.rounds == MAX_ROUNDS:
                 raise ConvergenceError(
-                    f"edge flips do not come to an end: {len(waiting)} edges still change after {MAX_ROUNDS} rounds, "
+                    f"edge flips do not terminate: {len(waiting)} edges still change after {MAX_ROUNDS} rounds, "
                     f"one beside vertex {self._ends[waiting[0], 0]}; clean the mesh there"
                 )
             chosen = self._independent(waiting)
@@ -73,7 +101,7 @@ class DelaunayFlips:
             self.flips, self.rounds = self.flips + len(chosen), self.rounds + 1
 
     def _not_delaunay(self, edges: Ints) -> Ints:
-        """Those of the edges whose opposite angles sum to more than π. An edge within one face never is one."""
+        """Select the edges whose opposite angles sum to more than π; never an edge of one face on both sides."""
         total, size = np.zeros(len(edges)), np.zeros(len(edges))
         for halfedge in self._sides[edges].T:
             a, b, c = (self._length[self._edge[_onward(halfedge, k)]] for k in range(3))
@@ -83,7 +111,7 @@ class DelaunayFlips:
         return edges[total < -TOLERANCE * size]
 
     def _independent(self, edges: Ints) -> Ints:
-        """Of the edges, those of lowest rank in both their faces: no face has two of them."""
+        """Select edges of lowest rank in both their faces, so no face has two of them."""
         faces, rank = self._sides[edges] // 3, self._rank[edges, None]
         np.minimum.at(self._least, faces, rank)
         chosen = (self._least[faces] == rank).all(axis=1)
@@ -91,7 +119,7 @@ class DelaunayFlips:
         return edges[chosen]
 
     def _flip(self, edges: Ints) -> Ints:
-        """Give each edge the other diagonal of its two faces, which it shares with no other; the edges round these.
+        """Flip edges that share no face; return the edges of their faces.
 
         Across the edge ab, the faces cab and dba become cad and dbc.
         """
@@ -111,11 +139,11 @@ class DelaunayFlips:
         return around.ravel()
 
     def _place(self, edges: Ints, side: Ints | int, halfedges: Ints) -> None:
-        """Put that side of the edges at those halfedges."""
+        """Assign halfedges to one side of edges."""
         self._edge[halfedges], self._side[halfedges], self._sides[edges, side] = edges, side, halfedges
 
     def _diagonal(self, ab: Ints, ca: Ints, bc: Ints, ad: Ints, db: Ints) -> Floats:
-        """Length from c to d with both faces laid out in a plane, the edge ab on the x axis."""
+        """Return the distance from c to d with both faces laid out in the plane, the edge ab along x."""
         base = self._length[ab]
         left, right, lower_left, lower_right = (self._length[self._edge[side]] for side in (ca, bc, ad, db))
         x, y = geometry.apex(base, left, right)
@@ -124,5 +152,5 @@ class DelaunayFlips:
 
 
 def _onward(halfedges: Ints, corners: int) -> Ints:
-    """The halfedges that many corners on in the same faces."""
+    """Return the halfedges that many corners further around their faces."""
     return halfedges - halfedges % 3 + (halfedges + corners) % 3

@@ -74,9 +74,9 @@ class IntrinsicMesh(PolyhedralSurface):
         """Edge vectors, (m, 3, 3), in the layout of each face: ``[f, k]`` runs from corner k+1 to corner k+2; z = 0."""
         base, right, left = self.lengths[self.gluing.of_faces].T
         x, y = geometry.apex(base, left, right)
-        corners = np.zeros((self.n_faces, 3, 3))
-        corners[:, 0, 0], corners[:, 0, 1], corners[:, 2, 0] = x, y, base
-        return frozen(geometry.between_corners(corners))
+        edges = np.zeros((3, 3, self.n_faces))
+        edges[0, 0], edges[1, 0], edges[1, 1], edges[2, 0], edges[2, 1] = base, x - base, y, -x, -y
+        return frozen(edges.transpose(2, 0, 1))
 
     @cached_property
     def degenerate_faces(self) -> Ints:

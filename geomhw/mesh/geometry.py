@@ -24,7 +24,9 @@ def opposite_edges(vertices: Floats, faces: Ints) -> Floats:
     for piece in pieces(len(faces)):
         corners = np.ascontiguousarray(faces[piece].T, dtype=np.intp)
         for x, column in enumerate(columns):
-            _between(_taken(column, corners), edges[:, x, piece])
+            places = _taken(column, corners)
+            for k in range(3):
+                np.subtract(places[k - 1], places[k - 2], out=edges[k, x, piece])
     return edges.transpose(2, 0, 1)
 
 
@@ -45,20 +47,6 @@ def _taken(column: Floats, places: NDArray[np.intp], out: Floats | None = None) 
 def at_corners(values: NDArray[Any], faces: Ints) -> NDArray[Any]:
     """Return values per vertex, (n,), at the corners of faces, (m, 3)."""
     return np.take(values, np.ascontiguousarray(faces.T)).T
-
-
-def between_corners(corners: Floats) -> Floats:
-    """Return the edge vectors, (m, 3, 3), of triangles given by the positions of their corners, (m, 3, 3)."""
-    edges = np.empty((3, 3, len(corners)))
-    for x in range(3):
-        _between(corners[:, :, x].T, edges[:, x])
-    return edges.transpose(2, 0, 1)
-
-
-def _between(corners: Floats, out: Floats) -> None:
-    """Write one coordinate, (3, m), of the edge vectors, from that coordinate of the corners, (3, m)."""
-    for k in range(3):
-        np.subtract(corners[k - 1], corners[k - 2], out=out[k])
 
 
 def cross(left: Floats, right: Floats) -> Floats:

@@ -115,28 +115,25 @@ def boundary_loops(faces: Ints, edges: Edges) -> list[Ints]:
     for way in (0, 1):
         for number, edge in enumerate(border):
             onward.setdefault(edge[way], []).append(number)
-    unused = [True] * len(border)
+    unused = set(range(len(border)))
     loops = []
     for first in sorted(onward):
         for start in onward[first]:
-            if unused[start] and border[start][0] == first:
+            if start in unused and border[start][0] == first:
                 loops.append(frozen(np.array(_walk(border, onward, unused, start), dtype=faces.dtype)))
     return loops
 
 
-def _walk(border: list[list[int]], onward: dict[int, list[int]], unused: list[bool], start: int) -> list[int]:
+def _walk(border: list[list[int]], onward: dict[int, list[int]], unused: set[int], start: int) -> list[int]:
     """Follow unused boundary edges from the edge ``start`` until the walk closes or ends; return its vertices."""
-    first, here = border[start]
-    unused[start] = False
-    loop = [first]
-    while here != first:
-        loop.append(here)
-        step = next((number for number in onward[here] if unused[number]), None)
-        if step is None:
-            break
-        unused[step] = False
-        here = sum(border[step]) - here
-    return loop
+    step: int | None = start
+    loop = [border[start][0]]
+    while step is not None:
+        unused.remove(step)
+        loop.append(sum(border[step]) - loop[-1])
+        closed = loop[-1] == loop[0]
+        step = None if closed else next((number for number in onward[loop[-1]] if number in unused), None)
+    return loop[:-1] if closed else loop
 
 
 def inner_pairs(edges: Edges) -> tuple[Ints, Ints, Ints]:
