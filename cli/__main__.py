@@ -1,4 +1,4 @@
-"""``python -m geomhw_cli``."""
+"""``python -m geomhw_cli``: the command-line program."""
 
 from geomhw_cli.main import main
 

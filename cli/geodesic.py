@@ -1,4 +1,4 @@
-"""``geomhw geodesic``: distance by the heat method."""
+"""``geomhw geodesic``: geodesic distance by the heat method."""
 
 from functools import partial
 from pathlib import Path
@@ -6,72 +6,96 @@ from typing import Any
 
 import click
 
-from geomhw.options import GeodesicPanel
+from geomhw.options import HEAT_METHOD, Boundary, GeodesicPanel
 from geomhw_cli import options
-from geomhw_cli.runtime.distance_batch import DistanceBatch, batch_options
+from geomhw_cli.options import FILE, Choice, OptionGroup, choice, command, flag, option
+from geomhw_cli.runtime.distance_batch import compute_distances
 from geomhw_cli.runtime.job import Job, robust_line
 from geomhw_cli.specs.queries import DistanceQueries
 from geomhw_cli.specs.sources import SourceSpecs, shortened, source_line
 
 
-@click.command(no_args_is_help=True, short_help="Distance by the heat method.")
-@options.mesh_argument
-@options.source_option
-@batch_options
-@options.time_option
-@options.robust_option
-@options.refine_option
-@options.boundary_option
-@options.solver_option
-@options.output_option
-@options.png_option
-@options.no_png_option
-@options.width_option
-@click.option(
-    "--panel",
-    "panels",
-    type=options.choice(GeodesicPanel),
-    multiple=True,
-    help="What the picture shows; may be repeated.  [default: heat, divergence, distance]",
+@command(
+    OptionGroup(
+        "Input",
+        options.SOURCE,
+        flag("--all-pairs", "Distances between all vertices: a matrix, -o D.npy."),
+        option("--pairs", "FILE", FILE, "Distances from a source to a vertex, one pair per line: -o D.csv or D.npy."),
+        option(
+            "--sources source_file",
+            "FILE",
+            FILE,
+            "Distances to all vertices from one set of sources per line: -o D.npy.",
+        ),
+    ),
+    OptionGroup(
+        "Method",
+        option(
+            "--time",
+            "T",
+            str,
+            f"Diffusion time: {options.TIME_HELP}. h is the mean edge length; auto is sqrt-h if that is near h2 and "
+            "more accurate on MESH, else h2.",
+            default="auto",
+        ),
+        options.ROBUST,
+        click.Option(
+            ["--refine/--no-refine"],
+            default=None,
+            help="Correct the distances by unfolding triangle after triangle.  [default: with --robust]",
+        ),
+        choice(
+            "--boundary",
+            Boundary,
+            "Boundary condition of the heat flow: no flux, zero heat, or the mean of both solutions, which is the most "
+            "accurate near the boundary.",
+        ),
+        options.SOLVER,
+        name="method",
+    ),
+    options.FIELD_FILES,
+    OptionGroup(
+        "Output",
+        click.Option(
+            ["--panel", "panels"],
+            type=Choice(GeodesicPanel),
+            multiple=True,
+            default=HEAT_METHOD,
+            help="Panel of the picture. May be repeated.",
+        ),
+        flag("--single", "Single precision, with --all-pairs, --pairs or --sources."),
+    ),
+    options.REPORT,
 )
-@options.json_option
-@options.quiet_option
 def geodesic(
     mesh_path: Path,
     sources: SourceSpecs,
     all_pairs: bool,
     pairs: Path | None,
     source_file: Path | None,
-    single: bool,
-    time: str,
-    robust: bool,
-    refine: bool | None,
-    boundary: Any,
-    solver: Any,
-    outputs: tuple[Path, ...],
-    png: Path | None,
-    no_png: bool,
-    width: int,
+    method: dict[str, Any],
+    files: dict[str, Any],
     panels: tuple[str, ...],
-    as_json: bool,
-    quiet: bool,
+    single: bool,
+    report: dict[str, Any],
 ) -> None:
-    """Geodesic distance from one or several points of MESH, by the heat method.
+    """Compute geodesic distance on MESH by the heat method.
 
-    Without -o, writes <stem>.geodesic.vtk and <stem>.geodesic.png into the current directory; with -o, those files
-    and a picture only if --png asks for one.
+    Distances are from the nearest of the source points. Without -o, writes <stem>.geodesic.vtk and .png to the current
+    directory. With -o, writes those files, and a picture only with --png.
 
     \b
-    Arrays, per vertex: heat, divergence, distance (inf where no source can be reached).
-    Arrays, per face:   heat_gradient, direction (-grad u / |grad u|).
+    Arrays per vertex: heat, divergence, distance (inf on components without a source).
+    Arrays per face:   heat_gradient, direction (-grad u / |grad u|).
 
-    The heat method is some percent off, most of all beside the source; --refine takes that to some tenths.
+    The error of the heat method is a few percent, and largest near the source. --refine reduces it to a few tenths of
+    a percent.
 
-    With --robust, values at vertices are those of the intrinsic Delaunay triangulation; those on faces are taken from
-    u on the faces of MESH, and are zero where these have no area.
+    With --robust, arrays per vertex are computed on the intrinsic Delaunay triangulation. Arrays per face are computed
+    from u on the faces of MESH, and are zero on faces of zero area.
 
-    --all-pairs, --pairs and --sources write distances alone, a row a source, in memory that does not grow with their
-    number. Interrupted, the same command goes on where it was; until all is there, it lies in D.partial.npy.
+    --all-pairs, --pairs and --sources write distances only, one row per set of sources, in memory that does not grow
+    with the number of rows. An interrupted run leaves D.partial.npy; the same command resumes it.
 
     \b
     Examples:
@@ -79,47 +103,38 @@ def geodesic(
       geomhw geodesic data/strip.off --source boundary --source face:17:0.2,0.3,0.5 --no-png
       geomhw geodesic data/creature.obj --all-pairs -o D.npy
     """
-    rest = {"source": sources.specs, "png": png, "single": single}
-    if questions := DistanceQueries.parse(all_pairs, pairs, source_file, rest):
-        choices = {"time": time, "robust": robust, "refine": refine, "boundary": boundary, "solver": solver}
-        DistanceBatch.plan(mesh_path, questions, outputs, single, {**choices, "as_json": as_json, "quiet": quiet}).run()
+    others = {"--source": sources.specs, "--png": files["png"]}
+    if queries := DistanceQueries.parse(all_pairs, pairs, source_file, single, others):
+        dtype = "<f4" if single else "<f8"
+        compute_distances(Job("geodesic", mesh_path, files["outputs"], **report), queries, dtype, method)
         return
     from geomhw.geodesic.heat_method import HeatDistance
-    from geomhw.render.pictures import HEAT_METHOD, geodesic_picture
+    from geomhw.render.pictures import geodesic_picture
 
-    job = Job.plan(
-        "geodesic",
-        mesh_path,
-        outputs=outputs,
-        png=png,
-        no_png=no_png,
-        as_json=as_json,
-        quiet=quiet,
-        inputs=sources.paths,
-    )
+    job = Job.plan("geodesic", mesh_path, sources.paths, **files, **report)
     mesh = job.read()
     with job.stage("compute"):
-        method = HeatDistance(mesh, time, robust, refine, boundary, solver)
-        result = method.from_sources(sources.on(mesh))
-    job.write(result, partial(geodesic_picture, width=width, panels=panels or HEAT_METHOD))
-    report = result.report
-    farthest, t = report["farthest"], report["time"]
+        solver = HeatDistance(mesh, **method)
+        result = solver.from_sources(sources.resolve(mesh))
+    job.write(result, partial(geodesic_picture, panels=panels))
+    answers = result.report
+    farthest, t = answers["farthest"], answers["time"]
     lines = [
-        source_line(report["sources"]),
+        source_line(answers["sources"]),
         f"time: t = {t['t']:.6g} ({t['reason']})",
         f"farthest: vertex {farthest['vertex']} at {farthest['distance']:.10g}",
     ]
-    if robust:
-        lines.append(robust_line(report["robust"]))
-    if report["refined"]:
+    if "robust" in answers:
+        lines.append(robust_line(answers["robust"]))
+    if answers["refined"]:
         lines.append("refined: by unfolding from triangle to triangle")
-    if wrong := report.get("too_short_distances"):
+    if wrong := answers.get("too_short_distances"):
         lines.append(f"warning: {wrong} distances are less than half the straight line: wrong; compute with --robust")
-    if unreached := report["unreachable_vertices"]:
+    if unreached := answers["unreachable_vertices"]:
         lines.append(f"warning: {unreached} vertices lie on components without a source; their distance is inf")
-    if raised := report.get("below_zero"):
+    if raised := answers.get("below_zero"):
         lines.append(
             f"warning: {raised['vertices']} vertices came out below zero, the lowest at {raised['lowest']:.4g}; "
             "they have the straight distance through space to the nearest source instead"
         )
-    job.finish(mesh, shortened(report) | {"profile": {"seconds": method.stages.seconds}}, lines)
+    job.finish(mesh, shortened(answers) | {"profile": {"seconds": solver.stages.seconds}}, lines)

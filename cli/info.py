@@ -1,19 +1,18 @@
-"""``geomhw info``: what a mesh is, and what is wrong with it."""
+"""``geomhw info``: sizes, topology and defects of a mesh."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from geomhw.errors import GeomhwError
-from geomhw_cli import options
-from geomhw_cli.trouble import Trouble
+from geomhw_cli.options import REPORT, OptionGroup, command, flag
+from geomhw_cli.runtime.job import print_json
 
 if TYPE_CHECKING:
     from geomhw.mesh.diagnostics import Finding
 
 #: Places named in a line; --json has all.
-FIRST = 5
+MAX_PLACES = 5
 #: What the commands do at each kind of finding, by its name.
 CONSEQUENCES = {
     "zero_area_faces": "geodesic and vecdiffuse need --robust, other commands refuse them.",
@@ -33,52 +32,38 @@ CONSEQUENCES = {
 }
 
 
-@click.command(no_args_is_help=True, short_help="Sizes, topology and defects of a mesh.")
-@options.mesh_argument
-@click.option("--check", is_flag=True, help="Say what is wrong where, and what the commands make of it.")
-@options.json_option
-@options.quiet_option
-def info(mesh_path: Path, check: bool, as_json: bool, quiet: bool) -> None:
-    """Sizes, topology and defects of MESH.
+@command(OptionGroup("Input", flag("--check", "List defects, and what they mean for the commands.")), REPORT)
+def info(mesh_path: Path, check: bool, report: dict[str, Any]) -> None:
+    """Show sizes, topology and defects of MESH.
 
-    With --check, a line for each kind of defect, with how many there are and the first of them (counted from 0; all
-    with --json); then notes on what may spoil results, and facts. Exit code 0 if there is no defect, 1 if there is,
-    2 if MESH cannot be read; -q prints nothing.
+    With --check, prints one line per kind of defect, with the number of places and the first of them (counted from 0;
+    --json lists all). Notes on what may impair results, and facts, come after the defects. Exit codes: 0 no defects,
+    1 defects, 2 MESH cannot be read. With -q, prints nothing.
 
     \b
     Example:
       geomhw info data/creature.obj --check
     """
-    import json
-
     from geomhw.io import read
     from geomhw.mesh import findings, mesh_summary
 
-    try:
-        found = read(mesh_path)
-        given, mesh = {"path": str(mesh_path), **found.report}, mesh_summary(found.mesh)
-        checked = findings(found.mesh) if check else []
-    except GeomhwError as error:
-        raise (Trouble(str(error)) if check else error) from error
-    if as_json and not quiet:
-        report: dict[str, Any] = {"command": "info", "input": given, "mesh": mesh}
-        if check:
-            report["check"] = [_plain(finding) for finding in checked]
-        click.echo(json.dumps(report, indent=2, allow_nan=False))
-    elif not quiet:
-        for name, value in [*given.items(), *mesh.items()]:
-            click.echo(f"{name.replace('_', ' '):<24}{_text(value)}")
-        for item in found.fields:
-            click.echo(f"{'array per ' + item.location:<24}{item.name} {item.values.shape[1:] or ''}".rstrip())
-        for finding in checked:
-            click.echo(f"{finding.kind:<24}{_line(finding)}")
-    defects = any(finding.kind == "defect" for finding in checked)
-    if check and not defects and not (as_json or quiet):
-        click.echo(f"{'defect':<24}none")
+    content = read(mesh_path)
+    source, mesh = {"path": str(mesh_path), **content.report}, mesh_summary(content.mesh)
+    found = findings(content.mesh) if check else []
+    defects = any(finding.kind == "defect" for finding in found)
+    if report["as_json"] and not report["quiet"]:
+        checks = {"check": [_as_json(finding) for finding in found]} if check else {}
+        print_json({"command": "info", "input": source, "mesh": mesh} | checks)
+    elif not report["quiet"]:
+        lines = [(name.replace("_", " "), _text(value)) for name, value in [*source.items(), *mesh.items()]]
+        lines += [(f"array per {a.location}", f"{a.name} {a.values.shape[1:] or ''}".rstrip()) for a in content.fields]
+        lines += [(finding.kind, _line(finding)) for finding in found]
+        lines += [("defect", "none")] if check and not defects else []
+        click.echo("\n".join(f"{label:<24}{text}" for label, text in lines))
     click.get_current_context().exit(int(defects))
 
 
-def _plain(finding: "Finding") -> dict[str, Any]:
+def _as_json(finding: "Finding") -> dict[str, Any]:
     return {
         "name": finding.name,
         "kind": finding.kind,
@@ -90,13 +75,16 @@ def _plain(finding: "Finding") -> dict[str, Any]:
 
 
 def _line(finding: "Finding") -> str:
-    """What, how many, the first of them, and the sentence; pairs are edges, or copies of what comes after."""
+    """The kind of places, their number, the first of them, and the consequence.
+
+    A pair of indices is an edge, or a copy and its original.
+    """
     joint = "-" if finding.name.endswith("edges") else " of "
     places = [
         joint.join(map(str, place)) if isinstance(place, list) else str(place)
-        for place in finding.places[:FIRST].tolist()
+        for place in finding.places[:MAX_PLACES].tolist()
     ]
-    more = ", ..." if len(finding.places) > FIRST else ""
+    more = ", ..." if len(finding.places) > MAX_PLACES else ""
     return f"{finding.what}: {len(finding.places)} ({', '.join(places)}{more}). {CONSEQUENCES[finding.name]}"
 
 
@@ -105,6 +93,4 @@ def _text(value: object) -> str:
         return "undefined"
     if isinstance(value, bool):
         return "yes" if value else "no"
-    if isinstance(value, float):
-        return f"{value:.10g}"
-    return str(value)
+    return f"{value:.10g}" if isinstance(value, float) else str(value)

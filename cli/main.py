@@ -1,15 +1,16 @@
-"""The ``geomhw`` program: its commands, and the one place where an error becomes a message and an exit code."""
+"""The ``geomhw`` program: its commands, and the conversion of errors to messages and exit codes."""
 
 import io
 import os
 import signal
 import sys
+from collections.abc import Sequence
 from typing import Any, NoReturn
 
 import click
 
 from geomhw import __version__
-from geomhw.errors import GeomhwError
+from geomhw.errors import GeomhwError, Remedy
 from geomhw_cli.advect import advect
 from geomhw_cli.compare import compare
 from geomhw_cli.fluid import fluid
@@ -17,40 +18,59 @@ from geomhw_cli.geodesic import geodesic
 from geomhw_cli.helmholtz import helmholtz
 from geomhw_cli.info import info
 from geomhw_cli.operators import operators
-from geomhw_cli.trouble import Trouble
 from geomhw_cli.vecdiffuse import vecdiffuse
 
-#: What the libraries of linear algebra read, before they are loaded, for how many threads to use.
+#: Environment variables from which linear algebra libraries read their number of threads when they are loaded.
 BLAS_THREADS = [f"{name}_NUM_THREADS" for name in ("OPENBLAS", "MKL", "BLIS", "OMP")] + ["VECLIB_MAXIMUM_THREADS"]
+#: The option that stands for an argument of the library which avoids an error.
+REMEDIES: dict[Remedy, str] = {
+    "robust=True": "--robust",
+    "solver='direct'": "--solver direct",
+    "refine=False": "--no-refine",
+}
 
 
 class Program(click.Group):
-    """Turns what the library refuses into one line on stderr and exit code 1, or 2 of ``compare``."""
+    """Turn an error of the library into one line on stderr and an exit code."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Choose the exit code of failures by the command line."""
+        ctx.obj = failure_code(args)
+        return super().parse_args(ctx, args)
 
     def invoke(self, ctx: click.Context) -> Any:
+        """Run the command."""
         try:
             return super().invoke(ctx)
-        except GeomhwError as error:
-            raise self._failure(ctx, str(error)) from error
-        except MemoryError as error:
-            raise self._failure(ctx, "there is not enough memory for this mesh") from error
+        except (GeomhwError, MemoryError) as error:
+            click.echo(f"Error: {_message(error)}", err=True)
+            ctx.exit(ctx.obj)
 
-    def _failure(self, ctx: click.Context, message: str) -> click.ClickException:
-        return (Trouble if ctx.invoked_subcommand == "compare" else click.ClickException)(message)
+
+def failure_code(arguments: Sequence[str]) -> int:
+    """Return 2 for ``compare`` and ``info --check``, where exit code 1 is an answer, and else 1."""
+    return 2 if arguments[:1] == ["compare"] or (arguments[:1] == ["info"] and "--check" in arguments) else 1
+
+
+def _message(error: GeomhwError | MemoryError) -> str:
+    """The message of an error, in which an option replaces the argument that avoids the error."""
+    if isinstance(error, MemoryError):
+        return "there is not enough memory for this mesh"
+    return str(error).replace(error.remedy, REMEDIES[error.remedy]) if error.remedy else str(error)
 
 
 @click.group(cls=Program, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
 @click.version_option(__version__, prog_name="geomhw")
 def program() -> None:
-    """Geometry on triangle meshes: distances, decompositions and flows, with pictures.
+    """Geometry on triangle meshes: distances, vector transport, decompositions and flows, with pictures.
 
     \b
-    Exit codes: 0 done; 1 the input or the computation failed (one line on stderr says
-    why, and no output is left half written); 2 wrong usage. Of compare: 0 same,
-    1 different, 2 trouble; of info --check: 0 no defect, 1 defects, 2 trouble.
+    Exit codes: 0 success; 1 invalid input or failed computation, with one line on stderr
+    and no incomplete output file; 2 wrong usage. Of compare: 0 same, 1 different,
+    2 failure. Of info --check: 0 no defects, 1 defects, 2 failure.
 
     \b
-    Completion by the Tab key, in bash:
+    Completion by the Tab key in bash:
       eval "$(_GEOMHW_COMPLETE=bash_source geomhw)"
     """
 
@@ -60,24 +80,24 @@ for command in (advect, compare, fluid, geodesic, helmholtz, info, operators, ve
 
 
 def main() -> None:
-    """Entry point of the console script."""
-    # More threads of BLAS add up in another order: the last digits would depend on the machine's cores.
+    """Run the program: the entry point of the console script."""
+    # With several BLAS threads, the order of sums and so the last digits depend on the number of cores.
     os.environ.update(dict.fromkeys(BLAS_THREADS, "1"))
-    # kill and a closed terminal are Ctrl-C by other means: what is half written goes away.
+    # Signals to end are treated as Ctrl-C, so that incomplete files are removed.
     for name in ("SIGTERM", "SIGHUP"):
         number = getattr(signal, name, None)
         if number and signal.getsignal(number) is signal.SIG_DFL:
             signal.signal(number, _interrupt)
     for stream in (sys.stdout, sys.stderr):
-        if isinstance(stream, io.TextIOWrapper):  # a terminal without Greek letters gets \u03c0 for π
+        if isinstance(stream, io.TextIOWrapper):  # a terminal without Greek letters prints \u03c0 for π
             stream.reconfigure(errors="backslashreplace")
     try:
         program.main(prog_name="geomhw")
-    except OSError as error:  # of what is printed; files have sentences of their own
-        about = error.filename or "standard output"
-        click.echo(f"Error: cannot write {about}: {error.strerror or error}", err=True)
-        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # what is left to print would fail again, with a traceback
-        sys.exit(Trouble.exit_code if sys.argv[1:2] == ["compare"] else 1)
+    except OSError as error:  # of standard output; errors of files are FormatErrors
+        name = error.filename or "standard output"
+        click.echo(f"Error: cannot write {name}: {error.strerror or error}", err=True)
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # flushing the rest at exit would fail again, with a traceback
+        sys.exit(failure_code(sys.argv[1:]))
 
 
 def _interrupt(number: int, frame: object) -> NoReturn:

@@ -1,41 +1,33 @@
-"""``geomhw operators``: the matrices themselves."""
+"""``geomhw operators``: sparse operators written as matrices."""
 
-from collections.abc import Callable
 from pathlib import Path
 
 import click
 
-from geomhw_cli import options
+from geomhw_cli.options import FILE, QUIET, OptionGroup, command, flag, option
 
+#: Operators by option: the function in `geomhw.operators` and a description.
 OPERATORS = {
-    "gradient": "piecewise-linear gradient, 3m x n",
-    "divergence": "integrated divergence of face fields, n x 3m",
-    "stiffness": "cotan stiffness, n x n",
-    "mass": "lumped mass, n x n",
-    "consistent-mass": "Galerkin mass, n x n",
-    "faces-to-vertices": "area-weighted average FtoV, n x m",
-    "vertices-to-faces": "average VtoF, m x n",
-    "connection": "connection stiffness of the normals, 3n x 3n",
-    "complex-connection": "the same on complex tangent vectors, n x n",
+    "gradient": ("gradient", "Piecewise linear gradient, 3m x n."),
+    "divergence": ("divergence", "Integrated divergence of fields on faces, n x 3m."),
+    "stiffness": ("stiffness", "Cotan stiffness, n x n."),
+    "mass": ("lumped_mass", "Lumped mass, n x n."),
+    "consistent-mass": ("consistent_mass", "Galerkin mass, n x n."),
+    "faces-to-vertices": ("faces_to_vertices", "Area-weighted average FtoV, n x m."),
+    "vertices-to-faces": ("vertices_to_faces", "Average VtoF, m x n."),
+    "connection": ("connection_stiffness", "Connection stiffness of the vertex normals, 3n x 3n."),
+    "complex-connection": ("complex_connection_stiffness", "The same for complex tangent vectors, n x n."),
 }
 
 
-def operator_options(command: Callable[..., None]) -> Callable[..., None]:
-    """A flag for each operator."""
-    for name, shape in reversed(OPERATORS.items()):
-        command = click.option(f"--{name}", is_flag=True, help=shape)(command)
-    return command
-
-
-@click.command(no_args_is_help=True, short_help="The sparse operators as matrices.")
-@options.mesh_argument
-@operator_options
-@click.option("-o", "--output", metavar="FILE", type=options.FILE, required=True, help="Matrix: .npz (scipy) or .mtx.")
-@options.quiet_option
+@command(
+    OptionGroup("Operators", *(flag(f"--{name}", description) for name, (_, description) in OPERATORS.items())),
+    OptionGroup("Output", option("-o --output", "FILE", FILE, "Matrix: .npz (scipy) or .mtx.", required=True), QUIET),
+)
 def operators(mesh_path: Path, output: Path, quiet: bool, **flags: bool) -> None:
-    """Write one of the sparse operators on MESH as a matrix.
+    """Write a sparse operator on MESH as a matrix.
 
-    n vertices, m faces; vectors are stored x, y, z: row 3f+k is component k on face f.
+    n is the number of vertices, m of faces. Vectors are stored x, y, z: row 3f+k is component k on face f.
 
     \b
     Example:
@@ -44,25 +36,13 @@ def operators(mesh_path: Path, output: Path, quiet: bool, **flags: bool) -> None
     from geomhw import operators as library
     from geomhw.io import WRITABLE_MATRICES, check_outputs, read_mesh, write_matrix
 
-    asked = [name for name in OPERATORS if flags[name.replace("-", "_")]]
-    if len(asked) != 1:
-        what = "Choose one operator a file" if asked else "Choose an operator"
-        raise click.UsageError(f"{what}: {', '.join('--' + name for name in asked or OPERATORS)}.")
-    (operator,) = asked
+    chosen = [name for name in OPERATORS if flags[name.replace("-", "_")]]
+    if len(chosen) != 1:
+        what = "Choose one operator per file" if chosen else "Choose an operator"
+        raise click.UsageError(f"{what}: {', '.join('--' + name for name in chosen or OPERATORS)}.")
     check_outputs([output], [mesh_path], extensions=WRITABLE_MATRICES)
-    build = {
-        "gradient": library.gradient,
-        "divergence": library.divergence,
-        "stiffness": library.stiffness,
-        "mass": library.lumped_mass,
-        "consistent-mass": library.consistent_mass,
-        "faces-to-vertices": library.faces_to_vertices,
-        "vertices-to-faces": library.vertices_to_faces,
-        "connection": library.connection_stiffness,
-        "complex-connection": library.complex_connection_stiffness,
-    }[operator]
-    matrix = build(read_mesh(mesh_path))
+    matrix = getattr(library, OPERATORS[chosen[0]][0])(read_mesh(mesh_path))
     write_matrix(output, matrix)
     if not quiet:
         rows, columns = matrix.shape
-        click.echo(f"wrote {output}: {operator}, {rows} x {columns}, {matrix.nnz} entries")
+        click.echo(f"wrote {output}: {chosen[0]}, {rows} x {columns}, {matrix.nnz} entries")

@@ -1,103 +1,169 @@
-"""Arguments and options that several commands share, each declared once."""
+"""Arguments and options that several commands share, and the commands that list their options by group."""
 
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, get_args
 
 import click
+from click.core import ParameterSource
 
-from geomhw.options import Boundary, SolverName
+from geomhw.options import DEFAULT_DT, DEFAULT_EVERY, DEFAULT_STEPS, PANEL_WIDTH, SolverName
+from geomhw_cli.specs.fields import COLOR_HELP
 from geomhw_cli.specs.sources import SOURCE_HELP, SourceSpecs
 
 FILE = click.Path(path_type=Path)
+MESH = click.Argument(["mesh_path"], metavar="MESH", type=FILE)
+TIME_HELP = "auto, sqrt-h, h2, a multiple such as 0.5*h2, or a number (length squared)"
+#: Tracers, at most.
+MAX_TRACERS = 10_000_000
+
+
+class OptionGroup:
+    """Options under one title of the help.
+
+    name: of the parameter, a dict, in which the command receives their values; without it, each is a parameter.
+    """
+
+    def __init__(self, title: str, *options: click.Option, name: str = "") -> None:
+        self.title, self.options, self.name = title, options, name
+
+
+class Command(click.Command):
+    """A command whose options are in groups."""
+
+    def __init__(self, *, groups: Sequence[OptionGroup], **settings: Any) -> None:
+        super().__init__(no_args_is_help=True, context_settings={"show_default": True}, **settings)
+        self.groups = groups
+
+    def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the options group by group; ``--help`` is in the last."""
+        titles = {option: group.title for group in self.groups for option in group.options}
+        sections: dict[str, list[tuple[str, str]]] = {}
+        for parameter in self.get_params(ctx):
+            if isinstance(parameter, click.Option) and (record := parameter.get_help_record(ctx)):
+                sections.setdefault(titles.get(parameter, self.groups[-1].title), []).append(record)
+        for title, records in sections.items():
+            with formatter.section(title):
+                formatter.write_dl(records)
+
+    def invoke(self, ctx: click.Context) -> Any:
+        """Run the command, with a dict of values for each named group."""
+        for group in self.groups:
+            if group.name:
+                names = [option.name for option in group.options]
+                values = {name: ctx.params.pop(name) for name in list(ctx.params) if name in names}
+                ctx.params.setdefault(group.name, {}).update(values)
+        return super().invoke(ctx)
 
 
 class Choice(click.Choice[str]):
-    """A choice among names, where former names are still understood."""
+    """A choice among the names of a Literal of `geomhw.options`. former: names of the past, and what they became."""
 
-    def __init__(self, names: tuple[str, ...], former: dict[str, str]) -> None:
-        super().__init__(names)
-        self._former = former
+    def __init__(self, names: Any, former: Mapping[str, str] | None = None) -> None:
+        super().__init__(get_args(names))
+        self._former = former or {}
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """Return the name as the library knows it."""
         return super().convert(self._former.get(value, value), param, ctx)
 
 
-def choice(names: Any, **former: str) -> Choice:
-    """A choice among the names of a Literal of `geomhw.options`; ``former``: earlier names of some of them."""
-    return Choice(get_args(names), former)
+def option(names: str, metavar: str, kind: Any, help: str, **settings: Any) -> click.Option:
+    """An option with a value of some kind: a type or a `click.ParamType`. names: separated by blanks."""
+    return click.Option(names.split(), metavar=metavar, type=kind, help=help, **settings)
 
 
-mesh_argument = click.argument("mesh_path", metavar="MESH", type=FILE)
+def flag(names: str, help: str) -> click.Option:
+    """An option without a value. names: separated by blanks."""
+    return click.Option(names.split(), is_flag=True, help=help)
 
-source_option = click.option(
-    "--source",
-    "sources",
-    metavar="SPEC",
+
+def choice(names: str, of: Any, help: str, **former: str) -> click.Option:
+    """An option for one name of a Literal of `geomhw.options`, by default the first."""
+    return click.Option(names.split(), type=Choice(of, former), default=get_args(of)[0], help=help)
+
+
+def command(
+    *groups: OptionGroup, arguments: Sequence[click.Argument] = (MESH,)
+) -> Callable[[Callable[..., None]], Command]:
+    """Make a function a command with these groups of options, by default on one mesh."""
+    params = [*arguments, *(option for group in groups for option in group.options)]
+    return click.command(cls=Command, groups=groups, params=params)
+
+
+def is_given(parameter: str) -> bool:
+    """Whether the command line sets this parameter of the current command."""
+    return click.get_current_context().get_parameter_source(parameter) is not ParameterSource.DEFAULT
+
+
+SOURCE = option(
+    "--source sources",
+    "SPEC",
+    str,
+    f"Source points: {SOURCE_HELP}. May be repeated.  [default: max-y]",
     multiple=True,
     callback=lambda _context, _option, texts: SourceSpecs.parse(texts),
-    help=f"Where it starts: {SOURCE_HELP}. May be repeated.  [default: max-y]",
 )
-
-time_option = click.option(
-    "--time",
-    metavar="T",
-    default="auto",
-    show_default=True,
-    help="How long heat flows: auto, sqrt-h, h2, a multiple such as 0.5*h2, or a number (length squared). "
-    "auto is sqrt-h (h the mean edge length) where that is a short time, else h2.",
-)
-
-robust_option = click.option(
+ROBUST = flag(
     "--robust",
-    is_flag=True,
-    help="Compute on the intrinsic Delaunay triangulation: for slivers, faces without area, edges where three "
-    "faces meet.",
+    "Compute on the intrinsic Delaunay triangulation. For meshes with slivers, zero-area faces or edges of more than "
+    "two faces.",
 )
-
-refine_option = click.option(
-    "--refine/--no-refine",
-    default=None,
-    help="Correct the distances by unfolding them from triangle to triangle.  [default: with --robust]",
-)
-
-boundary_option = click.option(
-    "--boundary",
-    type=choice(Boundary),
-    default="neumann",
-    show_default=True,
-    help="How heat meets the boundary of an open mesh: none leaves, it is kept cold, or the mean of both, which is "
-    "best next to it.",
-)
-
-solver_option = click.option(
+SOLVER = choice(
     "--solver",
-    type=choice(SolverName),
-    default="auto",
-    show_default=True,
-    help="direct factors; multigrid iterates, in a fraction of the time on large meshes; auto goes by the size, and "
-    "factors where iteration does not converge.",
+    SolverName,
+    "direct: factorization. multigrid: iteration, faster on large meshes. auto: by the number of vertices, with "
+    "factorization if the iteration does not converge.",
+)
+COLOR = option("--color color_spec", "SPEC", str, f"Initial color: {COLOR_HELP}.", default="hue")
+DT = option("--dt", "T", float, "Time step.", default=DEFAULT_DT)
+STEPS = option("--steps", "N", int, "Number of the last step.", default=DEFAULT_STEPS)
+EVERY = option("--every", "K", int, "Steps from frame to frame.", default=DEFAULT_EVERY)
+TRACERS = option(
+    "--tracers",
+    "N",
+    click.IntRange(1, MAX_TRACERS),
+    "Number of particles carried by the flow. They are points of <OUT>.tracers.*.vtp, part 1 of the series, and "
+    "streaks in films.",
+)
+WIDTH = option(
+    "--width", "PX", click.IntRange(120, 4000), "Width of each panel of a picture, in pixels.", default=PANEL_WIDTH
+)
+QUIET = flag("-q --quiet", "Print nothing but errors.")
+REPORT = OptionGroup("Report", flag("--json as_json", "Print the report as JSON."), QUIET, name="report")
+#: Files of a command that computes one field, as `Job.plan` takes them.
+FIELD_FILES = OptionGroup(
+    "Output",
+    option(
+        "-o --output outputs",
+        "FILE",
+        FILE,
+        "Mesh with the computed arrays: .vtk, .vtp, .vtu or .ply. May be repeated.",
+        multiple=True,
+    ),
+    option("--png", "FILE", FILE, "Picture."),
+    flag("--no-png", "Draw no picture."),
+    WIDTH,
+    name="files",
+)
+#: Files of a command that computes a time series, as `FrameWriter.plan` takes them.
+SERIES_FILES = OptionGroup(
+    "Output",
+    option(
+        "-o --output",
+        "OUT.pvd",
+        FILE,
+        "Time series, with its .vtp frames and a .vtp.series index beside it.  [default: <stem>.<command>.pvd]",
+    ),
+    option("--csv", "FILE", FILE, "Table with one line per frame."),
+    option("--gif", "FILE", FILE, "Film of the frames as GIF."),
+    option("--mp4", "FILE", FILE, "Film of the frames as MP4. Needs imageio-ffmpeg."),
+    option("--png", "FILE", FILE, "Contact sheet of at most twelve frames."),
+    WIDTH,
+    name="files",
 )
 
-output_option = click.option(
-    "-o",
-    "--output",
-    "outputs",
-    metavar="FILE",
-    type=FILE,
-    multiple=True,
-    help="Mesh with the computed arrays: .vtk, .vtp, .vtu or .ply; may be repeated.",
-)
 
-png_option = click.option("--png", metavar="FILE", type=FILE, help="Picture.")
-width_option = click.option(
-    "--width",
-    metavar="PX",
-    type=click.IntRange(120, 4000),
-    default=600,
-    show_default=True,
-    help="Width of each panel of a picture, in pixels.",
-)
-no_png_option = click.option("--no-png", is_flag=True, help="No picture.")
-json_option = click.option("--json", "as_json", is_flag=True, help="Print the whole report as JSON.")
-quiet_option = click.option("-q", "--quiet", is_flag=True, help="Print nothing but errors.")
+def vector_field(name: str, help: str) -> click.Option:
+    """The option for the field that carries the color, at all times or at the start."""
+    return option(name, "SPEC", str, help, default="rotation:x")

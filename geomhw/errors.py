@@ -1,5 +1,10 @@
 """Exceptions of the package. Each message is one sentence: what is wrong, where, and what to do."""
 
+from typing import Literal
+
+#: An argument of a method that avoids an error.
+Remedy = Literal["", "robust=True", "solver='direct'", "refine=False"]
+
 _LONGEST = 2000
 
 
@@ -7,7 +12,13 @@ class GeomhwError(Exception):
     """Base class of the exceptions of this package; commands print the message and exit with code 1.
 
     A message may quote a file. It is shortened to 2,000 characters, and unprintable characters are escaped.
+
+    remedy: the argument that avoids the error, which the message names too, or "" if there is none.
     """
+
+    def __init__(self, message: str = "", remedy: Remedy = "") -> None:
+        super().__init__(message)
+        self.remedy = remedy
 
     def __str__(self) -> str:
         message = super().__str__()

@@ -1,4 +1,4 @@
-"""The names from which a user may choose, each list in one place; the command line reads them from here."""
+"""Names from which a user may choose, the default first, and default values of the program."""
 
 from typing import Literal
 
@@ -22,3 +22,9 @@ ForceName = Literal["jet", "none"]
 Location = Literal["vertex", "face", "mesh"]
 #: What the picture of `geodesic` shows.
 GeodesicPanel = Literal["heat", "gradient", "divergence", "distance"]
+#: Panels in that picture by default.
+HEAT_METHOD: tuple[GeodesicPanel, ...] = ("heat", "divergence", "distance")
+#: Width of a panel of a picture, in pixels.
+PANEL_WIDTH = 600
+#: Time step, number of the last step, and steps from frame to frame, as in the handout.
+DEFAULT_DT, DEFAULT_STEPS, DEFAULT_EVERY = 0.0005, 1980, 66

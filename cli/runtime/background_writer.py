@@ -1,4 +1,4 @@
-"""Writing behind the computation: one other thread, and what interrupts mean to it."""
+"""A thread that writes files during the computation, and interrupts that wait for it."""
 
 import signal
 import threading
@@ -11,11 +11,11 @@ _INTERRUPTS = (signal.SIGINT, signal.SIGTERM)
 
 
 class BackgroundWriter:
-    """Does what it is handed, piece after piece, in a thread of its own, while the caller goes on.
+    """Runs tasks one after the other in another thread.
 
-    A piece is taken when the one before it is done, so what one holds is all that is held. What goes wrong is raised in
-    the caller, at the next piece or on leaving, and nothing is done after it. On leaving, by an interrupt too, the
-    piece at hand is finished first: interrupts go to the main thread, so no piece is ever cut in two.
+    A task is accepted when the one before is done, so at most one is in memory. An error of a task is raised in the
+    caller, at the next task or on leaving the context, and no later task runs. On leaving, also by an interrupt, the
+    current task is finished first: interrupts reach the main thread only, so none stops a task halfway.
 
     >>> with BackgroundWriter() as writer:
     ...     writer(lambda: print("written"))
@@ -26,16 +26,16 @@ class BackgroundWriter:
         self._thread = ThreadPoolExecutor(1, "background_writer")
         self._latest: Future[None] | None = None
 
-    def __call__(self, piece: Callable[[], None]) -> None:
-        """Wait for the piece before, raise what it raised, and hand over this one."""
+    def __call__(self, task: Callable[[], None]) -> None:
+        """Wait for the task before, raise its error, and start this one."""
         self._wait()
-        self._latest = self._thread.submit(piece)
+        self._latest = self._thread.submit(task)
 
     def __enter__(self) -> "BackgroundWriter":
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: object, trace: TracebackType | None) -> None:
-        with held_interrupts():
+        with delayed_interrupts():
             self._thread.shutdown()
         if kind is None:
             self._wait()
@@ -46,9 +46,9 @@ class BackgroundWriter:
 
 
 @contextmanager
-def held_interrupts() -> Iterator[None]:
-    """Ctrl-C, or a signal to end, counts from the end of the block on."""
-    if threading.current_thread() is not threading.main_thread():  # where Python allows no handlers
+def delayed_interrupts() -> Iterator[None]:
+    """Delay Ctrl-C and termination signals to the end of the block."""
+    if threading.current_thread() is not threading.main_thread():  # Python allows handlers in the main thread only
         yield
         return
     arrived: list[int] = []

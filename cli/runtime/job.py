@@ -1,4 +1,4 @@
-"""One run of a command: plans its files, keeps time, writes data before pictures, prints the report."""
+"""One run of a command: its files, its stages with their times, and its report."""
 
 import json
 from collections.abc import Callable, Mapping, Sequence
@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from geomhw.errors import RenderError
+from geomhw.options import PANEL_WIDTH
 from geomhw.stages import Stages
 
 if TYPE_CHECKING:
@@ -19,15 +20,16 @@ if TYPE_CHECKING:
 
 @dataclass
 class Job:
-    """What a command was asked for, and what it has done so far.
+    """A run of a command on one mesh.
 
-    outputs, png: files to write, checked before any work is done.
+    outputs, png: files to write. notes: remarks of the reader. written: files so far.
     """
 
     command: str
     mesh_path: Path
     outputs: Sequence[Path] = ()
     png: Path | None = None
+    width: int = PANEL_WIDTH
     as_json: bool = False
     quiet: bool = False
     notes: dict[str, Any] = field(default_factory=dict)
@@ -39,15 +41,18 @@ class Job:
         cls,
         command: str,
         mesh_path: Path,
+        inputs: Sequence[Path],
         *,
-        outputs: Sequence[Path] = (),
-        png: Path | None = None,
-        no_png: bool = False,
-        as_json: bool = False,
-        quiet: bool = False,
-        inputs: Sequence[Path] = (),
+        outputs: Sequence[Path],
+        png: Path | None,
+        no_png: bool,
+        width: int,
+        **report: Any,
     ) -> "Job":
-        """Fill in default names: without -o, ``<stem>.<command>.vtk`` and ``.png`` in the current directory."""
+        """Check, before any computation, that all files can be written.
+
+        Without outputs, they are ``<stem>.<command>.vtk`` and ``.png`` in the current directory.
+        """
         from geomhw.io import WRITABLE, check_outputs
 
         if png and no_png:
@@ -60,45 +65,48 @@ class Job:
         if png:
             check_outputs([png], [mesh_path, *inputs], extensions=[".png"])
             check_outputs([*outputs, png], extensions=[*WRITABLE, ".png"])
-        return cls(command, mesh_path, outputs, png, as_json, quiet)
+        return cls(command, mesh_path, outputs, png, width, **report)
 
     def stage(self, name: str) -> AbstractContextManager[None]:
-        """Time what happens inside under that name."""
+        """Measure the time of a block, under this name in the report."""
         return self.stages(name)
 
     def read(self) -> "TriangleMesh":
-        """The mesh of the command line; what the reader noticed goes to the report."""
+        """Read the mesh; remarks of the reader go to the report."""
         from geomhw.io import read
 
         with self.stage("read"):
-            found = read(self.mesh_path)
-        self.notes = found.report
-        return found.mesh
+            content = read(self.mesh_path)
+        self.notes = content.report
+        return content.mesh
 
     def read_oriented(self) -> "TriangleMesh":
-        """The same with faces turned so that they agree on what is up; how many were goes to the report."""
+        """Read the mesh and orient its faces consistently; the number of turned faces goes to the report."""
         from geomhw.mesh.orientation import oriented
 
-        given = self.read()
-        mesh = oriented(given)
-        if turned := int((mesh.faces != given.faces).any(axis=1).sum()):
+        original = self.read()
+        mesh = oriented(original)
+        if turned := int((mesh.faces != original.faces).any(axis=1).sum()):
             self.notes = {**self.notes, "turned_faces": turned}
         return mesh
 
-    def write(self, result: "Result", picture: "Callable[[Result], Any] | None" = None) -> None:
-        """Write the data files, all or none; then the picture, so that a failure to draw loses no data."""
+    def write(self, result: "Result", picture: Callable[..., Any]) -> None:
+        """Write the data files, all or none, then the picture, so that a failure to draw loses no data.
+
+        picture: draws a result, with panels of a ``width``.
+        """
         from geomhw.io import write, write_png
 
         with self.stage("write"):
             write(result, self.outputs)
-        self.written += [str(path) for path in self.outputs]
-        if self.png and picture:
+        self.written += map(str, self.outputs)
+        if self.png:
             try:
                 with self.stage("render"):
-                    write_png(self.png, picture(result))
+                    write_png(self.png, picture(result, width=self.width))
             except RenderError as error:
-                kept = ", ".join(self.written)
-                raise RenderError(f"{error} ({kept} is written; --no-png leaves the picture out)") from error
+                done = ", ".join(self.written)
+                raise RenderError(f"{error} ({done} is written; --no-png leaves the picture out)") from error
             self.written.append(str(self.png))
 
     def finish(self, mesh: "TriangleMesh", answers: Mapping[str, Any], lines: Sequence[str]) -> None:
@@ -116,43 +124,46 @@ class Job:
             "seconds": self.stages.seconds,
         }
         if self.as_json:
-            click.echo(json.dumps(report, indent=2, allow_nan=False))
+            print_json(report)
         elif not self.quiet:
-            width = 10
-            for label, text in [("mesh", mesh_line(report["mesh"])), *[line.split(": ", 1) for line in lines]]:
-                click.echo(f"{label:<{width}}{text}")
-            for path in self.written:
-                click.echo(f"{'wrote':<{width}}{path}")
+            for line in [f"mesh: {mesh_line(report['mesh'])}", *lines, *(f"wrote: {path}" for path in self.written)]:
+                label, text = line.split(": ", 1)
+                click.echo(f"{label:<10}{text}")
 
     def _remarks(self, mesh: "TriangleMesh") -> list[str]:
-        """What a reader of the results should know of the mesh."""
+        """Notes and warnings about the mesh."""
         lines = []
         if turned := self.notes.get("turned_faces"):
-            lines.append(f"note: {turned} faces are turned, also in what is written, for all to agree on what is up")
+            lines.append(f"note: {turned} faces are turned, also in the output, to orient the mesh consistently")
         if copies := len(mesh.duplicate_faces):
-            lines.append(f"warning: {copies} faces are copies of others; geomhw info --check names them")
+            lines.append(f"warning: {copies} faces are copies of others; geomhw info --check lists them")
         return lines
 
 
-def robust_line(done: dict[str, Any]) -> str:
-    """What --robust did, in one line."""
-    parts = [f"edge flips {done['edge_flips']}, rounds {done['flip_rounds']}"]
-    if done["sheets"] == 2:
+def print_json(report: Mapping[str, Any]) -> None:
+    """Print a report as JSON."""
+    click.echo(json.dumps(report, indent=2, allow_nan=False))
+
+
+def robust_line(report: Mapping[str, Any]) -> str:
+    """The report of a `RobustTriangulation` in one line."""
+    parts = [f"edge flips {report['edge_flips']}, rounds {report['flip_rounds']}"]
+    if report["sheets"] == 2:
         parts.append("both sides of the mesh")
-    if done["mollification"]:
-        parts.append(f"lengths + {done['mollification']:.3g}")
-    return f"robust: {', '.join(parts)}, h = {done['mean_edge_length']:.6g}"
+    if report["mollification"]:
+        parts.append(f"lengths + {report['mollification']:.3g}")
+    return f"robust: {', '.join(parts)}, h = {report['mean_edge_length']:.6g}"
 
 
-def mesh_line(mesh: dict[str, Any]) -> str:
+def mesh_line(mesh: Mapping[str, Any]) -> str:
     """Sizes and topology in one line."""
     parts = [f"{mesh['vertices']} vertices", f"{mesh['faces']} faces"]
     parts.append("genus " + ("undefined" if mesh["genus"] is None else str(mesh["genus"])))
-    for key, one, many in [
+    for key, singular, plural in [
         ("components", "component", "components"),
         ("boundary_loops", "boundary loop", "boundary loops"),
         ("unreferenced_vertices", "unreferenced vertex", "unreferenced vertices"),
     ]:
         if mesh[key] > (key == "components"):
-            parts.append(f"{mesh[key]} {one if mesh[key] == 1 else many}")
+            parts.append(f"{mesh[key]} {singular if mesh[key] == 1 else plural}")
     return ", ".join(parts) + f", h = {mesh['mean_edge_length']:.6g}"

@@ -1,4 +1,4 @@
-"""How far a long run has come, on stderr, where that is a terminal."""
+"""Progress bar of a long run, on stderr if that is a terminal."""
 
 import sys
 from collections.abc import Callable, Iterator
@@ -11,13 +11,9 @@ _UNITS = 1000
 
 @contextmanager
 def progress(label: str) -> Iterator[Callable[[float], None]]:
-    """A call to make with the share that is done, 0..1; the bar shows the time to go."""
+    """A function to call with the completed share of the run, 0..1; the bar shows the remaining time."""
     if not sys.stderr.isatty():
         yield lambda share: None
         return
     with click.progressbar(length=_UNITS, label=label, file=sys.stderr) as bar:
-
-        def show(share: float) -> None:
-            bar.update(round(share * _UNITS) - bar.pos)
-
-        yield show
+        yield lambda share: bar.update(round(share * _UNITS) - bar.pos)

@@ -1,6 +1,5 @@
-"""The state of a fluid run beside its series, and how to go on from it."""
+"""Checkpoints of a fluid run: written beside its series, read to resume the run."""
 
-import hashlib
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -10,18 +9,19 @@ if TYPE_CHECKING:
     from geomhw.fluid.state import FlowState
     from geomhw.mesh.triangle_mesh import TriangleMesh
 
+_VALUES = {"run": dict, "mesh": str, "step": int, "time": float, "columns": list}
 _ARRAYS = {"color", "rows", "frame_times"}
 
 
 def save_state(writer: FrameWriter, mesh: "TriangleMesh", state: "FlowState", choices: dict[str, Any]) -> None:
-    """Write what another run needs to go on from this state to the same numbers."""
+    """Write all that another run needs to continue from this state to the same numbers."""
     import numpy as np
 
     from geomhw.io import write_checkpoint
 
     description = {
-        "run": _run_of(choices),
-        "mesh": _digest(mesh),
+        "run": _identity(choices),
+        "mesh": mesh.digest,
         "step": state.step,
         "time": state.time,
         "columns": list(writer.rows[0]),
@@ -33,47 +33,40 @@ def save_state(writer: FrameWriter, mesh: "TriangleMesh", state: "FlowState", ch
     write_checkpoint(writer.checkpoint, description, arrays)
 
 
-def resumed(writer: FrameWriter, mesh: "TriangleMesh", path: Path, choices: dict[str, Any]) -> "FlowState":
-    """The state of an earlier run; its frames up to there, and their table, become this run's.
+def load_state(writer: FrameWriter, mesh: "TriangleMesh", path: Path, choices: dict[str, Any]) -> "FlowState":
+    """Read the state of an earlier run, and give the writer the frames and table rows up to there.
 
-    FormatError if it is of another mesh, another run, or not of this series.
+    Raises FormatError if the state is of another mesh, another run, or another series.
     """
     from geomhw.errors import FormatError
     from geomhw.fluid.state import FlowState
     from geomhw.io import read_checkpoint, read_series
 
     description, arrays = read_checkpoint(path)
-    wanted = {"run": dict, "mesh": str, "step": int, "time": float, "columns": list}
-    whole = all(isinstance(description.get(name), kind) for name, kind in wanted.items())
-    if not whole or not arrays.keys() >= _ARRAYS:
+    is_whole = all(isinstance(description.get(name), kind) for name, kind in _VALUES.items())
+    if not is_whole or not arrays.keys() >= _ARRAYS:
         raise FormatError(f"{path.name} holds no state of a fluid; give the .restart.npz of an earlier run")
-    ours = _run_of(choices)
-    for name in sorted(description["run"].keys() | ours.keys()):
-        if ours.get(name) != (value := description["run"].get(name)):
+    ours, theirs = _identity(choices), description["run"]
+    for name in sorted(theirs.keys() | ours.keys()):
+        if (value := theirs.get(name)) != ours.get(name):
             raise FormatError(f"{path.name} is of a run with {name} = {value}, not {ours.get(name)}; start anew")
-    if description["mesh"] != _digest(mesh):
+    if description["mesh"] != mesh.digest:
         raise FormatError(f"{path.name} is of a run on another mesh; start anew")
     variables = {name.removeprefix("memory_"): values for name, values in arrays.items() if name.startswith("memory_")}
     state = FlowState(description["step"], description["time"], arrays["color"], variables)
     if state.step == 0:
-        return state  # the frame of the start will be written again
-    kept = arrays["frame_times"].tolist()
-    frames = read_series(writer.series.path)[: len(kept)]
-    if [frame.time for frame in frames] != kept:
-        raise FormatError(
-            f"{writer.series.path.name} does not hold the frames that {path.name} goes on from; start anew"
-        )
+        return state  # the run writes the first frame again
+    times = arrays["frame_times"].tolist()
+    frames = read_series(writer.series.path)[: len(times)]
+    if [frame.time for frame in frames] != times:
+        raise FormatError(f"{writer.series.path.name} lacks the frames before the state in {path.name}; start anew")
     writer.series.frames[:] = frames
     for row in arrays["rows"].tolist():
-        named = dict(zip(description["columns"], row, strict=True))
-        writer.rows.append(named | {"step": int(named["step"])})
+        values = dict(zip(description["columns"], row, strict=True))
+        writer.rows.append(values | {"step": int(values["step"])})
     return state
 
 
-def _run_of(choices: dict[str, Any]) -> dict[str, Any]:
-    """What must be the same for a run to be the continuation of another."""
+def _identity(choices: dict[str, Any]) -> dict[str, Any]:
+    """The options that a run must share with the run that it continues."""
     return {name: value for name, value in choices.items() if name not in ("steps", "until")}
-
-
-def _digest(mesh: "TriangleMesh") -> str:
-    return hashlib.sha256(mesh.vertices.tobytes() + mesh.faces.tobytes()).hexdigest()

@@ -1,4 +1,4 @@
-"""Fields, colors and axes as they are written on the command line."""
+"""Vector fields, colors and axes as written on the command line."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -13,12 +13,12 @@ if TYPE_CHECKING:
     from geomhw.mesh.triangle_mesh import TriangleMesh
 
 FIELD_HELP = (
-    "rotation:AXIS (tangential, unit length, times 10 h), rigid:AXIS (one radian a unit of time), AXIS being x, y, z "
-    "or X,Y,Z; or FILE:ARRAY, per face or per vertex"
+    "rotation:AXIS (tangential, unit length, times 10 h), rigid:AXIS (rotation by one radian per unit of time), where "
+    "AXIS is x, y, z or X,Y,Z; or FILE:ARRAY, per face or per vertex"
 )
 COLOR_HELP = (
-    "hue (cos²(3z)), hue:AXIS (the same along an axis, from -1 to 1 over the mesh), stripes, x, y, z, blob:SOURCE (a "
-    "vertex, face:17, max-y, near:X,Y,Z, ...), or FILE:ARRAY per vertex"
+    "hue (cos²(3z)), hue:AXIS (the same along an axis, from -1 to 1 over the mesh), stripes, x, y, z, blob:SOURCE (at "
+    "a vertex, face:17, max-y, near:X,Y,Z, ...), or FILE:ARRAY per vertex"
 )
 FLOW_HELP = "random:SEED[:WAVES], rossby-haurwitz:DEGREE, vortices:V1=+1,V2=-1, harmonic:K"
 _KINDS = ("hue", "rotation", "rigid", "random", "blob", "rossby-haurwitz", "vortices", "harmonic")
@@ -26,7 +26,7 @@ _AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 
 def files_of(*specs: str) -> list[Path]:
-    """The files that specs of the form FILE:ARRAY read."""
+    """The files of those specs that are of the form FILE:ARRAY."""
     from geomhw.io import field_file
 
     return [field_file(spec) for spec in specs if _is_file(spec)]
@@ -49,9 +49,9 @@ def field(spec: str, mesh: "TriangleMesh") -> "Floats":
 
 
 def flow(spec: str, mesh: "TriangleMesh", model: "VorticityModel | None" = None) -> "Floats":
-    """An initial velocity per face, (m, 3): any field, or one of those that a fluid knows.
+    """An initial velocity per face, (m, 3): a vector field, or a flow.
 
-    model: of the mesh, if there is one already; it is made where it is needed.
+    model: that of the mesh, if it exists; else it is made when needed.
     """
     from geomhw.flow.initial_fields import random_field
     from geomhw.fluid import initial
@@ -60,11 +60,11 @@ def flow(spec: str, mesh: "TriangleMesh", model: "VorticityModel | None" = None)
     kind, _, rest = spec.partition(":")
     if kind == "random":
         seed, _, waves = rest.partition(":")
-        return random_field(mesh, whole(seed, spec), whole(waves or "8", spec))
+        return random_field(mesh, _integer(seed, spec), _integer(waves or "8", spec))
     if kind == "rossby-haurwitz":
-        return initial.rossby_haurwitz(model or VorticityModel(mesh), whole(rest, spec))
+        return initial.rossby_haurwitz(model or VorticityModel(mesh), _integer(rest, spec))
     if kind == "harmonic":
-        return initial.harmonic(model or VorticityModel(mesh), whole(rest, spec))
+        return initial.harmonic(model or VorticityModel(mesh), _integer(rest, spec))
     if kind == "vortices":
         return initial.vortices(model or VorticityModel(mesh), _circulations(rest, spec))
     return field(spec, mesh)
@@ -81,37 +81,28 @@ def color(spec: str, mesh: "TriangleMesh") -> "Floats":
     kind, _, rest = spec.partition(":")
     if spec in _AXES:
         return np.array(mesh.vertices[:, "xyz".index(spec)])
-    if spec == "hue":
-        return hue_stripes(mesh)
     if kind == "hue":
-        return hue_stripes(mesh, axis(rest))
+        return hue_stripes(mesh, None if spec == "hue" else axis(rest))
     if spec == "stripes":
         return np.cos(5 * mesh.vertices[:, 2])
     if kind == "blob":
-        return bump(mesh, _one_point(rest, spec, mesh))
+        points = SourceSpecs.parse([rest]).resolve(mesh)
+        if len(points) != 1:
+            raise FieldError(f"'{spec}' names {len(points)} points; a blob has one")
+        return bump(mesh, points.positions(mesh)[0])
     if _is_file(spec):
-        found = read_field(spec, mesh)
-        values = np.asarray(found.values, dtype=float)
-        if values.ndim == 2 and found.values.dtype == np.uint8:
+        array = read_field(spec, mesh)
+        values = np.asarray(array.values, dtype=float)
+        if values.ndim == 2 and array.values.dtype == np.uint8:
             values = values / 255  # RGB as bytes
-        if found.location != "vertex" or values.ndim > 2 or (values.ndim == 2 and values.shape[1] not in (1, 3)):
+        if array.location != "vertex" or values.ndim > 2 or (values.ndim == 2 and values.shape[1] not in (1, 3)):
             raise FieldError(f"'{spec}' is no color: it needs one or three numbers per vertex")
         return values.squeeze()
     raise click.UsageError(f"'{spec}' is no color; give {COLOR_HELP}.")
 
 
-def _one_point(text: str, spec: str, mesh: "TriangleMesh") -> "Floats":
-    """The position of a source that is a single point, (3,)."""
-    from geomhw.errors import FieldError
-
-    points: Floats = SourceSpecs.parse([text]).on(mesh).positions(mesh)
-    if len(points) != 1:
-        raise FieldError(f"'{spec}' names {len(points)} points; a blob has one")
-    return points[0]
-
-
 def axis(text: str) -> "Floats":
-    """x, y, z, or three numbers with commas between."""
+    """The direction x, y, z, or of three numbers separated by commas, (3,)."""
     import numpy as np
 
     try:
@@ -123,18 +114,18 @@ def axis(text: str) -> "Floats":
     return values
 
 
-def whole(text: str, spec: str) -> int:
-    """A whole number within a spec."""
+def _integer(text: str, spec: str) -> int:
+    """A number without a sign in a spec."""
     if not text.isdecimal():
         raise click.UsageError(f"'{spec}' needs a whole number after the colon.")
     return int(text)
 
 
 def _circulations(text: str, spec: str) -> dict[int, float]:
-    """``V1=+1,V2=-1`` as vertices and circulations."""
+    """The vertices and circulations of ``V1=+1,V2=-1``."""
     try:
         pairs = [pair.split("=") for pair in text.split(",")]
-        return {whole(vertex, spec): float(value) for vertex, value in pairs}
+        return {_integer(vertex, spec): float(value) for vertex, value in pairs}
     except ValueError:
         raise click.UsageError(f"'{spec}' names no vortices; give VERTEX=CIRCULATION,... such as 3=1,80=-1.") from None
 

@@ -1,15 +1,15 @@
-"""What ``geomhw geodesic`` is asked at once: all pairs, the pairs of a file, or the sets of sources of a file."""
+"""Queries for distances from many sources: all pairs of vertices, the pairs of a file, or the source sets of a file."""
 
-import hashlib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from geomhw.errors import FieldError
-from geomhw_cli.specs.sources import SourceSpecs, source_lines, source_pairs
+from geomhw_cli.specs.sources import SourcePair, SourceSpecs, source_lines, source_pairs
 
 if TYPE_CHECKING:
     from geomhw.arrays import Floats, Ints
@@ -18,70 +18,67 @@ if TYPE_CHECKING:
     from geomhw.mesh.triangle_mesh import TriangleMesh
 
 
-@dataclass
+@dataclass(frozen=True)
 class DistanceQueries:
-    """As they were typed. option: ``--all-pairs``, ``--pairs`` or ``--sources``. words: of the lines of pairs."""
+    """Queries as written on the command line. option: ``--all-pairs``, ``--pairs`` or ``--sources``."""
 
     option: str
     paths: Sequence[Path] = ()
     sets: Sequence[SourceSpecs] = ()
-    pairs: Sequence[tuple[SourceSpecs, SourceSpecs, str]] = ()
-    words: Sequence[tuple[str, str]] = ()
-    count: int = 0
+    pairs: Sequence[SourcePair] = ()
 
     @classmethod
     def parse(
-        cls, all_pairs: bool, pairs: Path | None, source_file: Path | None, rest: dict[str, Any]
+        cls, all_pairs: bool, pairs: Path | None, source_file: Path | None, single: bool, others: Mapping[str, Any]
     ) -> "DistanceQueries | None":
-        """None where nothing of that kind is asked. UsageError for two of them, or one with what is for one source."""
-        asked = [
-            name
-            for name, given in (("--all-pairs", all_pairs), ("--pairs", pairs), ("--sources", source_file))
-            if given
-        ]
-        if not asked:
-            if rest["single"]:
+        """Read the queries of the three options; None if there are none.
+
+        others: values of options that exclude these three. Raises UsageError for options that exclude each other.
+        """
+        given = {"--all-pairs": all_pairs, "--pairs": pairs, "--sources": source_file}
+        option, *more = [name for name, value in given.items() if value] or [""]
+        if not option:
+            if single:
                 raise click.UsageError("--single is for --all-pairs, --pairs and --sources.")
             return None
-        if len(asked) > 1:
-            raise click.UsageError(f"{asked[0]} and {asked[1]} exclude each other.")
-        if barred := next((name for name in ("--source", "--png") if rest[name.removeprefix("--")]), None):
-            raise click.UsageError(f"{barred} and {asked[0]} exclude each other.")
+        if more:
+            raise click.UsageError(f"{option} and {more[0]} exclude each other.")
+        if excluded := next((name for name, value in others.items() if value), None):
+            raise click.UsageError(f"{excluded} and {option} exclude each other.")
         if pairs:
-            found = source_pairs(pairs)
-            return cls(asked[0], [pairs], pairs=[p[:3] for p in found], words=[p[3] for p in found])
+            return cls(option, [pairs], pairs=source_pairs(pairs))
         if source_file:
-            return cls(asked[0], [source_file], sets=source_lines(source_file))
-        return cls(asked[0])
+            return cls(option, [source_file], sets=source_lines(source_file))
+        return cls(option)
 
     @property
-    def of_pairs(self) -> bool:
-        """Whether one number is asked for a line, and not one for each vertex."""
+    def is_pairs(self) -> bool:
+        """Whether a query is a distance between two points, not a row of distances to all vertices."""
         return self.option == "--pairs"
 
+    @cached_property
     def digest(self) -> str:
-        """Different for different questions."""
-        text = repr(self.words) if self.of_pairs else repr([[spec.parts for spec in one.specs] for one in self.sets])
-        return hashlib.sha256(text.encode()).hexdigest()
+        """SHA-256 of the queries, in hexadecimal."""
+        from hashlib import sha256
 
-    def on(self, mesh: "TriangleMesh") -> "Asked":
-        """On a mesh; FieldError for a source, or the end of a pair, that it does not have."""
-        if self.of_pairs:
-            asked = _grouped(mesh, self.pairs)
-        elif self.sets:
-            asked = Asked(len(self.sets), [one.on(mesh) for one in self.sets])
-        else:
-            asked = Asked(mesh.n_vertices)
-        self.count = asked.count
-        return asked
+        sets = [[spec.parts for spec in one.specs] for one in self.sets]
+        return sha256(repr([pair.words for pair in self.pairs] if self.is_pairs else sets).encode()).hexdigest()
+
+    def resolve(self, mesh: "TriangleMesh") -> "ResolvedQueries":
+        """Find the points on a mesh. Raises FieldError for a point that the mesh does not have."""
+        if self.is_pairs:
+            return _group_by_source(mesh, self.pairs)
+        if self.sets:
+            return ResolvedQueries(len(self.sets), [specs.resolve(mesh) for specs in self.sets])
+        return ResolvedQueries(mesh.n_vertices)
 
 
 @dataclass
-class Asked:
-    """Questions on one mesh: ``count`` sets of sources, by default each vertex.
+class ResolvedQueries:
+    """``count`` sets of sources on a mesh, by default each vertex.
 
-    targets: of each set, the vertices to which distances are asked; by default all. lines: where these stand in the
-    file, one set after the other.
+    targets: for each set, the vertices to which distances are wanted, by default all. lines: the lines of the file
+    that these stand in, for all sets in order.
     """
 
     count: int
@@ -89,12 +86,12 @@ class Asked:
     targets: "Sequence[Ints] | None" = None
     lines: "Ints | None" = None
 
-    def size(self, mesh: "TriangleMesh") -> tuple[int, ...]:
-        """The shape of all answers."""
+    def shape(self, mesh: "TriangleMesh") -> tuple[int, ...]:
+        """Shape of all distances: (sets, n), or (pairs,)."""
         return (self.count, mesh.n_vertices) if self.lines is None else (len(self.lines),)
 
-    def answers(self, solver: "HeatDistance", first: int, last: int) -> "Floats":
-        """Those to some of the sets, one after the other."""
+    def distances(self, solver: "HeatDistance", first: int, last: int) -> "Floats":
+        """Distances from the sets ``first`` to ``last`` - 1, in order."""
         import numpy as np
 
         from geomhw.mesh.surface_points import vertex_points
@@ -102,7 +99,7 @@ class Asked:
         if self.sets is not None:
             rows = solver.rows(self.sets[first:last])
         else:
-            # From a vertex without faces nothing can be reached but itself.
+            # A vertex without faces reaches only itself.
             rows = np.full((last - first, solver.mesh.n_vertices), np.inf)
             rows[np.arange(last - first), np.arange(first, last)] = 0.0
             used = np.setdiff1d(np.arange(first, last), solver.mesh.unreferenced_vertices)
@@ -112,29 +109,27 @@ class Asked:
         return np.concatenate([row[to] for row, to in zip(rows, self.targets[first:last], strict=True)])
 
 
-def _grouped(mesh: "TriangleMesh", pairs: Sequence[tuple[SourceSpecs, SourceSpecs, str]]) -> Asked:
-    """Pairs by their sources, so that each is solved for once, in the order in which they come first."""
+def _group_by_source(mesh: "TriangleMesh", pairs: Sequence[SourcePair]) -> ResolvedQueries:
+    """Pairs grouped by source, so that each source is solved for once, in order of first appearance."""
     import numpy as np
 
     sources: dict[int, tuple[Any, list[int], list[int]]] = {}
     ends: dict[int, int] = {}
-    for line, (start, end, origin) in enumerate(pairs):
-        if id(end) not in ends:
-            ends[id(end)] = _vertex(mesh, end, origin)
-        if id(start) not in sources:
-            sources[id(start)] = (start.on(mesh), [], [])
-        sources[id(start)][1].append(ends[id(end)])
-        sources[id(start)][2].append(line)
-    return Asked(
-        len(sources),
-        [group[0] for group in sources.values()],
-        [np.array(group[1]) for group in sources.values()],
-        np.concatenate([group[2] for group in sources.values()]),
-    )
+    for line, pair in enumerate(pairs):
+        start, end = id(pair.start), id(pair.end)  # equal words give the same object
+        if end not in ends:
+            ends[end] = _vertex(mesh, pair)
+        if start not in sources:
+            sources[start] = (pair.start.resolve(mesh), [], [])
+        sources[start][1].append(ends[end])
+        sources[start][2].append(line)
+    points, targets, lines = zip(*sources.values(), strict=True)
+    return ResolvedQueries(len(points), points, [np.array(group) for group in targets], np.concatenate(lines))
 
 
-def _vertex(mesh: "TriangleMesh", specs: SourceSpecs, origin: str) -> int:
-    found = specs.on(mesh)
-    if len(found) != 1 or len(found.vertices) != 1:
-        raise FieldError(f"{origin}the second of a pair is one vertex")
-    return int(found.vertices[0])
+def _vertex(mesh: "TriangleMesh", pair: SourcePair) -> int:
+    """The vertex at the end of a pair."""
+    points = pair.end.resolve(mesh)
+    if len(points) != 1 or len(points.vertices) != 1:
+        raise FieldError(f"{pair.origin}the second of a pair must be one vertex")
+    return int(points.vertices[0])

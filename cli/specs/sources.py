@@ -1,10 +1,10 @@
-"""Sources as they are written on the command line: ``12,40-44``, ``face:17``, ``boundary``, ``@file``, ..."""
+"""Source points as written on the command line: ``12,40-44``, ``face:17``, ``boundary``, ``@file``, ..."""
 
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
@@ -16,11 +16,11 @@ if TYPE_CHECKING:
 
 SOURCE_HELP = (
     "12 or 12,40-44 (vertices, counted from 0), face:17 (its barycenter), face:17:0.2,0.3,0.5 (barycentric "
-    "coordinates), near:X,Y,Z (the nearest point of the surface), max-y, min-x and the like (a vertex), boundary (all "
-    "its vertices), several of these with commas between, or @FILE (a text file of them)"
+    "coordinates), near:X,Y,Z (the nearest point of the surface), max-y, min-x and so on (the extreme vertex), "
+    "boundary (all its vertices), several of these separated by commas, or @FILE (a text file of them)"
 )
-#: A report lists no more sources than this, a line no more than that; beyond, it gives their number.
-MOST_REPORTED, MOST_IN_A_LINE = 20, 8
+#: Most sources that a report lists, and that a line lists; further ones are only counted.
+MAX_REPORTED, MAX_IN_LINE = 20, 8
 
 _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _TRIPLE = f"{_NUMBER},{_NUMBER},{_NUMBER}"
@@ -35,17 +35,16 @@ _ONE = re.compile(
 
 @dataclass(frozen=True)
 class Spec:
-    """One source spec: its parts by name, and where in a file it stands (or nothing), for messages."""
+    """One source spec: its parts by name, and for messages its file and line, or "" on the command line."""
 
     parts: Mapping[str, str | None]
     origin: str = ""
 
-    def on(self, mesh: "TriangleMesh") -> "SurfacePoints":
-        """The points that it names on a mesh; FieldError if there are none."""
+    def resolve(self, mesh: "TriangleMesh") -> "SurfacePoints":
+        """Find the points on a mesh. Raises FieldError if there are none."""
         from geomhw.mesh import surface_points
 
-        first, face = self.parts["first"], self.parts["face"]
-        weights, near, axis = self.parts["weights"], self.parts["near"], self.parts["axis"]
+        first, face, weights, near, axis = (self.parts[name] for name in ("first", "face", "weights", "near", "axis"))
         try:
             if first is not None:
                 return surface_points.vertex_range(mesh, int(first), int(self.parts["last"] or first))
@@ -55,9 +54,8 @@ class Spec:
                 return surface_points.nearest_point(mesh, _triple(near))
             if axis is not None:
                 sign = 1 if self.parts["end"] == "max" else -1
-                return surface_points.vertex_points(
-                    mesh, [surface_points.extreme_vertex(mesh, "xyz".index(axis), sign)]
-                )
+                vertex = surface_points.extreme_vertex(mesh, "xyz".index(axis), sign)
+                return surface_points.vertex_points(mesh, [vertex])
             return surface_points.boundary_points(mesh)
         except FieldError as error:
             raise FieldError(f"{self.origin}{error}") from None
@@ -65,43 +63,60 @@ class Spec:
 
 @dataclass(frozen=True)
 class SourceSpecs:
-    """All that was asked for, and the files that it was read from."""
+    """Source specs, and the files that they were read from."""
 
     specs: Sequence[Spec]
     paths: Sequence[Path] = ()
 
     @classmethod
     def parse(cls, texts: Sequence[str]) -> "SourceSpecs":
-        """Texts as they were typed, joined. UsageError for one that is no source, FormatError for a bad file."""
+        """Parse the texts of the command line, in order.
+
+        Raises UsageError for a text that is no source, and FormatError for such a file.
+        """
         specs: list[Spec] = []
         paths = []
         for text in map(str.strip, texts):
             if text.startswith("@"):
                 paths.append(Path(text[1:]))
-                specs += _of_file(paths[-1])
-            else:
-                specs += _of_text(text)
+                specs += [spec for line in source_lines(paths[-1]) for spec in line.specs]
+                continue
+            try:
+                specs += _parse(text)
+            except ValueError as error:
+                raise click.UsageError(f"{error}.") from None
         return cls(specs, paths)
 
-    def on(self, mesh: "TriangleMesh") -> "SurfacePoints":
-        """The points on a mesh, in the order in which they were named; the vertex of largest y if none was."""
+    def resolve(self, mesh: "TriangleMesh") -> "SurfacePoints":
+        """Find the points on a mesh, in order; by default the vertex of largest y."""
         from geomhw.mesh.surface_points import concatenate, default_source, vertex_points
 
         if not self.specs:
             return vertex_points(mesh, [default_source(mesh)])
-        return concatenate([spec.on(mesh) for spec in self.specs])
+        return concatenate([spec.resolve(mesh) for spec in self.specs])
+
+
+class SourcePair(NamedTuple):
+    """A source, a second point, their words in the file, and for messages the file and line."""
+
+    start: SourceSpecs
+    end: SourceSpecs
+    words: tuple[str, str]
+    origin: str
 
 
 def source_lines(path: Path) -> list[SourceSpecs]:
-    """What each line of a file names, as a set of its own. FormatError for a bad file."""
+    """Read a set of sources from each line of a file. Raises FormatError for a line that is none."""
     from geomhw.io import read_lines
 
-    return [SourceSpecs(_of_line(path, number, line)) for number, line in read_lines(path)]
+    return [_parse_line(path, number, line) for number, line in read_lines(path)]
 
 
-def source_pairs(path: Path) -> list[tuple[SourceSpecs, SourceSpecs, str, tuple[str, str]]]:
-    """The two that each line of a file names, with a blank, or between numbers a comma, between them, where they stand,
-    and in what words; equal words give the same object. FormatError for a bad file."""
+def source_pairs(path: Path) -> list[SourcePair]:
+    """Read a pair from each line of a file, separated by a blank, or between numbers by a comma.
+
+    Equal words give the same object. Raises FormatError for a line that is no pair.
+    """
     from geomhw.io import read_lines
 
     pairs, known = [], dict[str, SourceSpecs]()
@@ -111,35 +126,23 @@ def source_pairs(path: Path) -> list[tuple[SourceSpecs, SourceSpecs, str, tuple[
             raise FormatError(f"{path}, line {number}: '{line[:60]}' is no pair; give two sources, as in: 0 17")
         for word in words:
             if word not in known:
-                known[word] = SourceSpecs(_of_line(path, number, word))
-        pairs.append((known[words[0]], known[words[1]], f"{path}, line {number}: ", (words[0], words[1])))
+                known[word] = _parse_line(path, number, word)
+        start, end = words
+        pairs.append(SourcePair(known[start], known[end], (start, end), f"{path}, line {number}: "))
     return pairs
 
 
-def _of_text(text: str) -> list[Spec]:
-    try:
-        return _specs(text)
-    except ValueError as error:
-        raise click.UsageError(f"{error}.") from None
-
-
-def _of_file(path: Path) -> list[Spec]:
-    from geomhw.io import read_lines
-
-    return [spec for number, line in read_lines(path) for spec in _of_line(path, number, line)]
-
-
-def _of_line(path: Path, number: int, text: str) -> list[Spec]:
+def _parse_line(path: Path, number: int, text: str) -> SourceSpecs:
     origin = f"{path}, line {number}: "
     try:
-        return _specs(text, origin)
+        return SourceSpecs(_parse(text, origin))
     except ValueError as error:
         raise FormatError(f"{origin}{error}") from None
 
 
-def _specs(text: str, origin: str = "") -> list[Spec]:
-    """Specs with commas or blanks between; ValueError says which is none."""
-    found = []
+def _parse(text: str, origin: str = "") -> list[Spec]:
+    """Parse specs separated by commas or blanks; raises ValueError for one that is no source."""
+    specs = []
     for word in re.sub(r"\s*,\s*", ",", text).split() or [""]:
         start = 0
         while start < len(word) or not word:
@@ -149,9 +152,9 @@ def _specs(text: str, origin: str = "") -> list[Spec]:
             first, last = match["first"], match["last"]
             if last is not None and int(last) < int(first):
                 raise ValueError(f"'{first}-{last}' runs backward; give the smaller vertex first")
-            found.append(Spec(match.groupdict(), origin))
+            specs.append(Spec(match.groupdict(), origin))
             start = match.end()
-    return found
+    return specs
 
 
 def _triple(text: str) -> list[float]:
@@ -159,19 +162,19 @@ def _triple(text: str) -> list[float]:
 
 
 def shortened(report: Mapping[str, Any]) -> dict[str, Any]:
-    """The report with the first few sources (and their vectors) only where they are many, and then their number."""
+    """The report with only the first sources (and their vectors) if there are many, and with their number."""
     count = len(report["sources"])
-    if count <= MOST_REPORTED:
+    if count <= MAX_REPORTED:
         return dict(report)
-    few = {name: report[name][:MOST_REPORTED] for name in ("sources", "vectors") if name in report}
-    return {**report, "source_count": count, **few}
+    first = {name: report[name][:MAX_REPORTED] for name in ("sources", "vectors") if name in report}
+    return {**report, "source_count": count, **first}
 
 
-def source_line(reported: Sequence[Any]) -> str:
-    """The sources in one line; of many, their number and the first few."""
+def source_line(sources: Sequence[Any]) -> str:
+    """The reported sources in one line; if there are many, their number and the first."""
     from geomhw.mesh.surface_points import point_name
 
-    names = [point_name(source) for source in reported[:MOST_IN_A_LINE]]
-    if len(reported) > MOST_IN_A_LINE:
-        return f"source: {len(reported)} points: {', '.join(names)}, ..."
+    names = [point_name(source) for source in sources[:MAX_IN_LINE]]
+    if len(sources) > MAX_IN_LINE:
+        return f"source: {len(sources)} points: {', '.join(names)}, ..."
     return f"source: {', '.join(names)}"

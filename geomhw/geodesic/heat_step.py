@@ -19,9 +19,6 @@ from geomhw.options import Boundary, SolverName
 from geomhw.solvers.decaying import DecayingSolver
 from geomhw.solvers.log_scaled import REACH, LogValues
 
-#: What to do about a face of zero area before heat can flow.
-REMEDY = "collapse it, remove it, or compute with --robust (robust=True)"
-
 
 class HeatStep:
     """Solves (M + tS) u = u0 on one surface for any u0; factors on first use.
@@ -56,7 +53,7 @@ class HeatStep:
         solver: SolverName = "auto",
         solves: int = 1,
     ) -> None:
-        mesh.require_area(REMEDY)
+        mesh.require_area("robust=True")
         if boundary not in get_args(Boundary):
             raise FieldError(
                 f"there is no boundary condition '{boundary}'; choose from {', '.join(get_args(Boundary))}"

@@ -119,7 +119,7 @@ class Unfolding:
             changed[vertex[moved]] = True
             asks[i[changed[j] | changed[k]]] = True
             due = np.flatnonzero(asks[i])
-        raise ConvergenceError("distances do not settle by unfolding; compute without --refine")
+        raise ConvergenceError("unfolding of distances does not converge; compute with refine=False", "refine=False")
 
     def _offers(self, front: _Front, c: Ints) -> _Front:
         """What j and k have to offer to vertex i of these corners."""

@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from geomhw.arrays import Floats, Ints, frozen, pieces
-from geomhw.errors import MeshError
+from geomhw.errors import MeshError, Remedy
 from geomhw.mesh import geometry, orientation_signs, topology
 
 
@@ -187,12 +187,13 @@ class PolyhedralSurface(ABC):
 
     # -- checks --------------------------------------------------------------------------------------------------------
 
-    def require_area(self, remedy: str = "collapse it or remove it") -> None:
-        """Raise MeshError if a face has zero area; ``remedy`` ends the message."""
+    def require_area(self, remedy: Remedy = "") -> None:
+        """Raise MeshError if a face has zero area; ``remedy``: the argument that avoids the error, for the message."""
         if len(bad := self.degenerate_faces):
             more = f" ({len(bad)} such faces)" if len(bad) > 1 else ""
             corners = ", ".join(map(str, self.faces[bad[0]]))
-            raise MeshError(f"face {bad[0]} (vertices {corners}) has zero area{more}; {remedy}")
+            advice = f"collapse it, remove it, or compute with {remedy}" if remedy else "collapse it or remove it"
+            raise MeshError(f"face {bad[0]} (vertices {corners}) has zero area{more}; {advice}", remedy)
 
     def require_oriented(self, purpose: str) -> None:
         """Raise MeshError unless the mesh is an oriented manifold; ``purpose`` starts the message."""

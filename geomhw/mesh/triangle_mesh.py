@@ -1,5 +1,6 @@
 """Triangle meshes in space: vertices and faces, and the geometry and topology derived from them."""
 
+import hashlib
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -134,6 +135,11 @@ class TriangleMesh(PolyhedralSurface):
         if points.ndim == 2 and points.shape[1] == 2:
             points = np.pad(points, ((0, 0), (0, 1)))
         return cls(points, np.concatenate([np.empty((0, 3), dtype=np.int64), *(block.data for block in blocks)]))
+
+    @cached_property
+    def digest(self) -> str:
+        """SHA-256 of the vertices and faces, in hexadecimal: meshes with equal arrays have equal digests."""
+        return hashlib.sha256(self.vertices.tobytes() + self.faces.tobytes()).hexdigest()
 
     # -- faces ---------------------------------------------------------------------------------------------------------
 

@@ -7,8 +7,9 @@ import numpy as np
 
 from geomhw.arrays import Floats, Ints
 from geomhw.mesh.triangle_mesh import TriangleMesh
+from geomhw.options import PANEL_WIDTH
 from geomhw.render.layers import LIGHT, Arrows, Panel, Streaks, Surface, Theme
-from geomhw.render.panels import PANEL_WIDTH, Drawing
+from geomhw.render.panels import Drawing
 from geomhw.render.scene import Image
 from geomhw.render.view import choose_view
 from geomhw.results import Cloud, Result

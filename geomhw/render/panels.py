@@ -8,14 +8,14 @@ import numpy as np
 
 from geomhw.arrays import Floats
 from geomhw.mesh.triangle_mesh import TriangleMesh
+from geomhw.options import PANEL_WIDTH
 from geomhw.render import annotate
 from geomhw.render.colors import shade
 from geomhw.render.layers import LIGHT, Arrows, Marker, Panel, Theme
 from geomhw.render.scene import SUPERSAMPLING, Image, Stage
 from geomhw.render.view import View, choose_view, visible
 
-#: Width of a panel in pixels, and the smallest and largest height of its stage, in widths.
-PANEL_WIDTH = 600
+#: How flat and how tall the stage of a panel may get, in widths.
 STAGE_HEIGHT = (1 / 3, 16 / 15)
 #: Aspect ratio of a mesh above which panels are stacked.
 WIDE = 3.0

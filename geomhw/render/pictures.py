@@ -7,8 +7,9 @@ import numpy as np
 
 from geomhw.arrays import Floats
 from geomhw.errors import FieldError
+from geomhw.options import HEAT_METHOD, PANEL_WIDTH
 from geomhw.render.layers import LIGHT, Arrows, Marker, Panel, Surface, Theme
-from geomhw.render.panels import PANEL_WIDTH, draw
+from geomhw.render.panels import draw
 from geomhw.render.scene import Image
 from geomhw.render.source_marks import source_marks
 from geomhw.results import Result
@@ -16,8 +17,6 @@ from geomhw.results import Result
 SOURCE_COLOR = "#c2185b"
 FARTHEST_COLOR = "#0b57d0"
 ISOLINES = 20
-#: Default panels of `geodesic_picture`.
-HEAT_METHOD = ("heat", "divergence", "distance")
 
 
 def geodesic_picture(

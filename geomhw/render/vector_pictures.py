@@ -7,9 +7,10 @@ from typing import Any
 import numpy as np
 
 from geomhw.mesh.triangle_mesh import TriangleMesh
+from geomhw.options import PANEL_WIDTH
 from geomhw.render.colors import plain_number
 from geomhw.render.layers import LIGHT, Arrows, Panel, Surface, Theme
-from geomhw.render.panels import PANEL_WIDTH, draw
+from geomhw.render.panels import draw
 from geomhw.render.scene import Image
 from geomhw.render.source_marks import MOST_DISCS, source_marks, source_point
 from geomhw.render.view import View, choose_view

@@ -45,7 +45,7 @@ MAX_ROUNDS = 20
 SAMPLES = 1000
 #: Natural logarithms in a step of the scale: a block spans less, mostly.
 STEP = 64.0
-NO_END = "heat does not settle in sweeps on this mesh; compute with --solver direct"
+NO_END = "sweeps of the heat equation do not converge on this mesh; compute with solver='direct'"
 
 
 def over_relaxation(masses: Floats, diagonal: Floats) -> float:
@@ -193,7 +193,7 @@ class _Blocks:
                 return
             if not np.isfinite(largest):
                 break
-        raise ConvergenceError(NO_END)
+        raise ConvergenceError(NO_END, "solver='direct'")
 
     def _scale(self, low: int, high: int, first: int, last: int) -> None:
         """Bring entries of rows low to high, in columns first to last, from the equations for u to those for v."""
@@ -232,7 +232,7 @@ class _Blocks:
             for former, _, high in reversed(list(self.bounds())):
                 if wrong[former:high].any():
                     self._relax(former, high, high)
-        raise ConvergenceError(NO_END)
+        raise ConvergenceError(NO_END, "solver='direct'")
 
     def _wrong(self) -> NDArray[np.bool_]:
         """Unknowns whose equations do not hold, (n,)."""

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from geomhw.arrays import Floats, Ints, dot
 from geomhw.compiled import compiled
-from geomhw.errors import ConvergenceError
+from geomhw.errors import ConvergenceError, Remedy
 from geomhw.solvers.direct import SparseLU
 from geomhw.solvers.gauss_seidel import diagonal_first, sweep
 from geomhw.solvers.threads import single_threaded
@@ -71,7 +71,8 @@ class MultigridSolver:
                 if settled or self._is_rounding(residual, inner):
                     x[self._free] = inner
                     return x
-        raise ConvergenceError("multigrid does not converge on this mesh; compute with --solver direct")
+        remedy: Remedy = "solver='direct'"
+        raise ConvergenceError(f"multigrid does not converge on this mesh; compute with {remedy}", remedy)
 
     def _is_rounding(self, residual: Floats, x: Floats) -> bool:
         return _norm(residual) <= ROUNDING_UNITS * float(np.finfo(float).eps) * _norm(abs(self._matrix) @ np.abs(x))

@@ -31,6 +31,7 @@ class TangentDomain:
         self.cover = orientation_cover(mesh)
         self.robust = RobustTriangulation.of(self.cover) if robust else None
         self.surface: PolyhedralSurface = self.robust.surface if self.robust else self.cover
+        self.surface.require_area("robust=True")
         self.K: sp.csr_array = complex_connection_stiffness(
             self.cover, connection, self.robust.surface if self.robust else None
         )

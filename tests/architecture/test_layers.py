@@ -41,7 +41,7 @@ PRIVATE = {
     "vtk": {"render"},
     "click": {"cli"},
     "meshio": {"io", "results"},
-    "geomhw_cli": {"cli"},
+    "geomhw_cli": {"cli", "__main__"},
 }
 
 

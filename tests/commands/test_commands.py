@@ -1,22 +1,30 @@
 """``geodesic``, ``helmholtz`` and ``info``: their files, reports and options. Each test reads the files back."""
 
+import inspect
 import json
 import re
 import subprocess
 import sys
 from pathlib import Path
+from typing import get_args
 
 import numpy as np
 import pytest
 from PIL import Image
 
-from geomhw.compare import Ignored, Tolerance, compare_named
+from geomhw.compare import Ignored, Tolerance, compare_files, compare_named
+from geomhw.errors import MeshError, Remedy
+from geomhw.flow.flow_map import FlowMap
+from geomhw.fluid.run import scheme_of
+from geomhw.geodesic.heat_method import HeatDistance
 from geomhw.io import read, read_csv, write
 from geomhw.mesh.primitives import grid, icosphere
 from geomhw.mesh.triangle_mesh import TriangleMesh
+from geomhw.render.pictures import geodesic_picture
 from geomhw.results import Field
 from geomhw.results import Result as MeshResult
-from geomhw_cli.main import program
+from geomhw.transport.vector_heat import VectorHeat
+from geomhw_cli.main import REMEDIES, program
 from support.meshes import split_diagonals, zoo_mesh
 from support.messages import missing
 from support.pictures import needs_opengl
@@ -192,9 +200,9 @@ def test_info() -> None:
     assert any(line.split() == ["genus", "1"] for line in lines)
 
 
-@pytest.mark.parametrize("command", [["geomhw"], [sys.executable, "-m", "geomhw_cli"]])
+@pytest.mark.parametrize("command", [["geomhw"], *([sys.executable, "-m", name] for name in ("geomhw", "geomhw_cli"))])
 def test_installed_program(command: list[str]) -> None:
-    """Both ways to start the installed program print JSON only on stdout."""
+    """All ways to start the program as installed, in a process of its own, with stdout clean for a script."""
     save_off(icosphere(1))
     beside = Path(sys.executable).parent / command[0]
     command = [str(beside) if beside.exists() else command[0], *command[1:]]
@@ -223,3 +231,54 @@ def test_help_has_an_example(command: str) -> None:
     answer = run(command, "--help")
     assert answer.exit_code == 0
     assert re.search(rf"^  Examples?\b[^\n]*:\n(    geomhw .*\n)*    geomhw {command} ", answer.stdout, re.MULTILINE)
+
+
+# -- defaults and errors of the library --------------------------------------------------------------------------------
+
+FUNCTIONS = {
+    "geodesic": [HeatDistance, geodesic_picture],
+    "vecdiffuse": [VectorHeat],
+    "advect": [FlowMap],
+    "fluid": [scheme_of],
+    "compare": [Tolerance, compare_files],
+}
+#: Options whose argument in the library has another name; the library names a scheme without a default.
+ARGUMENTS = {"smooth": "filter", "spot": "heaviest_spot"}
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_defaults_are_the_librarys(name: str) -> None:
+    """An option has the default value of the argument that it sets."""
+    defaults = {
+        argument.name: argument.default
+        for function in FUNCTIONS[name]
+        for argument in inspect.signature(function).parameters.values()
+        if argument.default is not argument.empty
+    }
+    command = program.commands[name]
+    params = command.make_context("", [], resilient_parsing=True).params
+    shared = {option: params[option] for option in params if ARGUMENTS.get(option, option) in defaults}
+    assert len(shared) >= {"geodesic": 7, "vecdiffuse": 3, "fluid": 3, "compare": 4}.get(name, 1)
+    assert shared == {option: defaults[ARGUMENTS.get(option, option)] for option in shared}
+
+
+def test_the_option_that_helps() -> None:
+    """Each remedy of the library has an option, which takes its place in the message."""
+    assert {*REMEDIES, ""} == set(get_args(Remedy))
+    save_off(split_diagonals(4))
+    refused = run("geodesic", "ball.off")
+    assert "--robust" in refused.stderr
+    assert "robust=True" not in refused.stderr
+    with pytest.raises(MeshError, match="robust=True") as error:
+        HeatDistance(split_diagonals(4))
+    assert error.value.remedy == "robust=True"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code"), [("info none.off", 1), ("info --check none.off", 2), ("compare none.off none.off", 2)]
+)
+def test_exit_code_of_a_failure(arguments: str, code: int) -> None:
+    """It is 2 where exit code 1 is an answer."""
+    answer = run(*arguments.split())
+    assert answer.exit_code == code
+    assert answer.stderr == "Error: none.off: there is no such file\n"

@@ -173,12 +173,12 @@ def test_killed(folder: Path) -> None:
 
 def test_memory_does_not_grow_with_the_sources(monkeypatch: pytest.MonkeyPatch) -> None:
     """Four times as many rows take at most 5 % more memory."""
-    from geomhw_cli.specs.queries import Asked, DistanceQueries
+    from geomhw_cli.specs.queries import DistanceQueries, ResolvedQueries
 
     save_off(icosphere(4), "large.off")
     peaks = []
     for count in (640, 640, 2560):  # the first for all that is imported
-        monkeypatch.setattr(DistanceQueries, "on", lambda self, mesh, count=count: Asked(count))
+        monkeypatch.setattr(DistanceQueries, "resolve", lambda self, mesh, count=count: ResolvedQueries(count))
         tracemalloc.start()
         try:
             assert run("geodesic", "large.off", "--all-pairs", "-o", "D.npy").exit_code == 0

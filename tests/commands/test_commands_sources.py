@@ -29,7 +29,7 @@ def folder(folder: Path) -> Path:
 
 def points(mesh: TriangleMesh, *texts: str) -> list[object]:
     """Return the points that the specs name, in order."""
-    return SourceSpecs.parse(texts).on(mesh).report()
+    return SourceSpecs.parse(texts).resolve(mesh).report()
 
 
 def inside(face: int, *weights: float) -> dict[str, object]:
@@ -64,7 +64,7 @@ def test_specs(texts: list[str], expected: list[object]) -> None:
 def test_nearest_point_is_named() -> None:
     """``near:`` gives a point within a face where no vertex is nearest."""
     (found,) = points(SHEET, "near:0.51,0.52,9")
-    sources = SourceSpecs.parse(["near:0.51,0.52,9"]).on(SHEET)
+    sources = SourceSpecs.parse(["near:0.51,0.52,9"]).resolve(SHEET)
     assert isinstance(found, dict)
     np.testing.assert_allclose(sources.positions(SHEET), [[0.51, 0.52, 0]], atol=1e-14)
 

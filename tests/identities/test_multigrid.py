@@ -255,7 +255,7 @@ def test_heat_from_further_on(monkeypatch: pytest.MonkeyPatch) -> None:
     found = solve_by_sweeps(flow.matrix, impulse, travel, flow.solution.relaxation)
     np.testing.assert_allclose(found.log, flow.from_impulse(impulse).log, rtol=0, atol=1e-5)
     monkeypatch.setattr("geomhw.solvers.heat_sweeps.MAX_ROUNDS", 1)
-    with pytest.raises(ConvergenceError, match="--solver direct"):
+    with pytest.raises(ConvergenceError, match="solver='direct'"):
         solve_by_sweeps(flow.matrix, impulse, travel, flow.solution.relaxation)
 
 
