@@ -21,6 +21,10 @@ class PassiveScalar:
     still. The shortest waves are damped, and each value is clipped to the range over the two-ring of its vertex before
     the substep.
 
+    Parameters
+    ----------
+    model : the mass correction and the filter of the mesh are taken from it.
+
     References
     ----------
     Bermejo, Staniforth: The conversion of semi-Lagrangian advection schemes to quasi-monotone schemes, 1992.

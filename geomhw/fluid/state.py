@@ -25,8 +25,8 @@ class FlowState:
     step : number of steps since the start.
     time : time since the start.
     color : (n,) or (n, k) array.
-    variables : arrays by name, all that the scheme of this state needs to continue. The names belong to the scheme,
-        which answers for velocity and vorticity: `Scheme.velocity`, `Scheme.vorticity`, `Scheme.coefficients`.
+    variables : arrays by name, all that the scheme of this state needs to continue. Their names depend on the scheme;
+        read a state by `Scheme.velocity`, `Scheme.vorticity` and `Scheme.coefficients`.
     """
 
     step: int

@@ -46,7 +46,7 @@ class Unknowns:
         return cls(q, circulations, c, psi, tuple(before for before in earlier if before is not None))
 
     def variables(self) -> dict[str, Floats]:
-        """As the arrays of a state."""
+        """As the arrays of a state, under the names that restart files have."""
         earlier = {f"psi_{k}": psi for k, psi in enumerate(self.earlier, 1)}
         return {"q": self.q, "around": self.circulations, "c": self.c, "psi": self.psi, **earlier}
 
