@@ -108,7 +108,7 @@ def test_no_opengl_loses_no_data(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.parametrize(
     ("spec", "words"),
-    [("none.vtp:wind", "none.vtp"), ("wind.vtp:gale", "gale"), ("wind.vtp:scalar", "no vector field")],
+    [("none.vtp:wind", "none.vtp"), ("wind.vtp:gale", "gale"), ("wind.vtp:scalar", "not a vector field")],
 )
 def test_helmholtz_refusals(spec: str, words: str) -> None:
     """A missing file, a missing array and a scalar array give different messages."""
