@@ -43,6 +43,7 @@ WRONG = {
     "OFF\n3 1 0\n" + VERTICES + "9223372036854775807 0 1 2\n": ["line 6", "but 3 follow"],
     "OFF\n3 1 0\n" + VERTICES + "3 0 1 1.5\n": ["line 6", "'1.5' is not a whole number"],
     "OFF\n3 1 0\n" + VERTICES + "3 0 1 x\n": ["line 6", "'x' is not a number"],
+    "OFF\n3 1 0\n0 0 0\n1\x020 0\n0 1 0\n3 0 1 2\n": ["line 4", "control character"],
     "OFF\n3 1 0\n0 0 \0 0\n": ["zero byte"],
 }
 

@@ -14,7 +14,7 @@ from geomhw.errors import FormatError
 from geomhw.io.formats.number_parsing import parse_numbers
 
 _NUMBER = re.compile(rb"[+-]?(\d+\.?\d*([eE][+-]?\d+)?|\.\d+([eE][+-]?\d+)?|nan|inf(inity)?)", re.IGNORECASE)
-_TOKEN = re.compile(rb"[^\x00-\x20]+")
+_TOKEN, _CONTROL = re.compile(rb"[^\x00-\x20]+"), re.compile(rb"[\x01-\x08\x0e-\x1f]")
 _SPACE, _NEWLINE, _SLASH = 32, 10, 47
 #: Bytes scanned for lines at a time, and lines parsed at a time: temporary arrays stay in the processor's cache.
 _BLOCK, _BATCH = 1 << 16, 1 << 12
@@ -165,7 +165,9 @@ class TextFile:
                 # 7//2 omits the texture coordinate and 7/ ends early; the first part must be there.
                 if not all(_NUMBER.fullmatch(part) for part in [parts[0], *filter(None, parts[1:])]):
                     raise FormatError(f"{self._place(offset)}: '{_shortened(token)}' is not a number")
-        raise FormatError(f"{self.place(int(lines[0]))}: the numbers that start here cannot be read")
+        begin = int(self._heads[lines[0]])
+        control = _CONTROL.search(self._text, begin)
+        raise FormatError(f"{self._place(control.start() if control else begin)}: a control character is not a number")
 
 
 def _shortened(token: bytes) -> str:

@@ -115,8 +115,7 @@ class _Encoded:
 
     def ends_after(self, count: int) -> bool:
         """Whether the first bytes are a base64 block of their own, closed by its padding."""
-        width = -(-count // 3) * 4
-        return self.base64 and bytes(self.data[width - 1 : width]) == b"="
+        return self.base64 and bytes(self.data[-(-count // 3) * 4 - 1 :][:1]) == b"="
 
 
 class _Arrays:
@@ -141,7 +140,10 @@ class _Arrays:
         kind = np.dtype(self.order + _TYPES[element.get("type", "")])
         form, text = element.get("format", "ascii"), (element.text or "").strip().encode()
         if form == "ascii":
-            values = parse_array(text, kind.newbyteorder("="))
+            try:
+                values = parse_array(text, kind.newbyteorder("="))
+            except ValueError as error:
+                raise ValueError(f"array '{element.get('Name')}': {error}") from None
         else:
             coded = _Encoded(memoryview(text), True)
             if form == "appended":
