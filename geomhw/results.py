@@ -8,6 +8,7 @@ import numpy as np
 
 from geomhw.arrays import Floats, Ints
 from geomhw.errors import FieldError
+from geomhw.mesh.surface_points import SurfacePoints
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.options import Location
 
@@ -48,6 +49,10 @@ class Result:
     fields : sequence of Field
     report : dict
         Parameters, answers and accuracy as plain JSON values.
+    sources : SurfacePoints, optional
+        The sources that the method started from.
+    source_vectors : (k, 3) array, optional
+        One vector per source.
 
     Raises
     ------
@@ -69,6 +74,8 @@ class Result:
     mesh: TriangleMesh
     fields: Sequence[Field] = ()
     report: dict[str, Any] = field(default_factory=dict)
+    sources: SurfacePoints | None = None
+    source_vectors: Floats | None = None
 
     def __post_init__(self) -> None:
         rows = {"vertex": self.mesh.n_vertices, "face": self.mesh.n_faces}

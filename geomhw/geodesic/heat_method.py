@@ -170,7 +170,7 @@ class HeatDistance:
             ]
             cold = int(np.count_nonzero((u.sign <= 0) & np.isfinite(phi)))
             findings |= {"non_positive_heat": cold} if cold else {}
-            return Result(mesh, fields, self._report(sources, phi) | findings)
+            return Result(mesh, fields, self._report(sources, phi) | findings, sources)
 
     def rows(self, queries: Sequence[SurfacePoints]) -> Floats:
         """Return the distances from each of k sets of sources, (k, n): those of `from_sources`, up to rounding.

@@ -2,17 +2,18 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
+from geomhw.arrays import Floats
+from geomhw.mesh.surface_points import SurfacePoints
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.options import PANEL_WIDTH
 from geomhw.render.colors import plain_number
 from geomhw.render.layers import LIGHT, Arrows, Panel, Surface, Theme
 from geomhw.render.panels import draw
 from geomhw.render.scene import Image
-from geomhw.render.source_marks import MOST_DISCS, source_marks, source_point
+from geomhw.render.source_marks import MOST_DISCS, source_marks
 from geomhw.render.view import View, choose_view
 from geomhw.results import Result
 
@@ -87,21 +88,24 @@ def _roomy_view(mesh: TriangleMesh, sources: Sequence[int]) -> View:
 
 def _large_arrows(result: Result, longest: float) -> list[Arrows]:
     """Return the arrows at sources, one layer per source if they are few, since each layer is thinned."""
-    named = list(zip(result.report["sources"], result.report["vectors"], strict=True))
-    batches = [[pair] for pair in named] if len(named) <= MOST_DISCS else [named]
+    sources, vectors = result.sources, result.source_vectors
+    if sources is None or vectors is None:
+        return []
+    every = np.arange(len(sources))
+    batches = every[:, None] if len(every) <= MOST_DISCS else every[None]
     layers = []
     for batch in batches:
         for inside in (False, True):
-            if pairs := [pair for pair in batch if isinstance(pair[0], dict) == inside]:
-                layers.append(_layer(result.mesh, pairs, inside, longest))
+            which = batch[(sources.faces[batch] >= 0) == inside]
+            if len(which):
+                layers.append(_layer(result.mesh, sources[which], vectors[which], inside, longest))
     return layers
 
 
-def _layer(mesh: TriangleMesh, pairs: Sequence[tuple[Any, Any]], inside: bool, longest: float) -> Arrows:
+def _layer(mesh: TriangleMesh, sources: SurfacePoints, vectors: Floats, inside: bool, longest: float) -> Arrows:
     """Return arrows at sources that are all vertices or all in faces."""
-    rows = [source["face"] if inside else source for source, _ in pairs]
-    vectors = np.zeros(((mesh.n_faces if inside else mesh.n_vertices), 3))
+    rows = sources.faces if inside else sources.corners[:, 0]
     places = np.array(mesh.face_centers if inside else mesh.vertices)
-    vectors[rows] = [vector for _, vector in pairs]
-    places[rows] = [source_point(mesh, source) for source, _ in pairs]
-    return Arrows(vectors, "face" if inside else "vertex", SOURCE_COLOR, longest, SOURCE_LENGTH, places)
+    arrows = np.zeros_like(places)
+    arrows[rows], places[rows] = vectors, sources.positions(mesh)
+    return Arrows(arrows, "face" if inside else "vertex", SOURCE_COLOR, longest, SOURCE_LENGTH, places)

@@ -120,7 +120,7 @@ class VectorHeat:
             Field("diffused", "vertex", domain.vectors(diffused)),
             Field("transported", "vertex", domain.vectors(transported)),
         ]
-        return Result(self.mesh, fields, self._report(sources, tangent, reached))
+        return Result(self.mesh, fields, self._report(sources, tangent, reached), sources, tangent)
 
     def diffuse(self, vectors: Floats) -> Floats:
         """Return Y with (M + tC) Y = Y0, (n, 3), for tangent vectors Y0 at any vertices, (n, 3), zero elsewhere.
@@ -259,4 +259,4 @@ def transport_over_times(
     steps = [run.report["time"] for run in runs]
     fields.append(Field("dt", "mesh", np.array([step["t"] for step in steps])))
     shared = {key: value for key, value in runs[0].report.items() if key != "time"}
-    return Result(mesh, fields, shared | {"times": steps})
+    return Result(mesh, fields, shared | {"times": steps}, runs[0].sources, runs[0].source_vectors)

@@ -8,6 +8,7 @@ from scipy import ndimage
 
 from geomhw.errors import FieldError
 from geomhw.mesh import primitives
+from geomhw.mesh.surface_points import vertex_points
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.render.layers import DARK, Arrows, Marker, Panel, Surface
 from geomhw.render.panels import Drawing, draw
@@ -43,8 +44,8 @@ def geodesic_result(mesh=BALL):
         Field("heat_gradient", "face", -direction * np.exp(-20 * distance[mesh.faces].mean(axis=1))[:, None]),
     ]
     far = int(distance.argmax())
-    report = {"sources": [int(y.argmax())], "farthest": {"vertex": far, "distance": float(distance[far])}}
-    return Result(mesh, fields, report)
+    report = {"farthest": {"vertex": far, "distance": float(distance[far])}}
+    return Result(mesh, fields, report, vertex_points(mesh, [int(y.argmax())]))
 
 
 # -- layers ------------------------------------------------------------------------------------------------------

@@ -17,7 +17,7 @@ from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.render.layers import Panel
 from geomhw.render.panels import PANEL_WIDTH, draw
 from geomhw.render.pictures import SOURCE_COLOR, geodesic_picture
-from geomhw.render.source_marks import MOST_DISCS, source_marks, source_point
+from geomhw.render.source_marks import MOST_DISCS, source_marks
 from geomhw.render.vector_pictures import SOURCE_COLOR as ARROW_COLOR
 from geomhw.render.vector_pictures import SOURCE_LENGTH, transport_picture
 from geomhw.render.view import choose_view
@@ -140,8 +140,10 @@ def test_arrows_of_many_sources_keep_their_distance() -> None:
     assert 5 < ink(many, ARROW_COLOR).sum() / ink(one, ARROW_COLOR).sum() < 30
 
 
-def test_source_point() -> None:
-    """A source of a report is at its position."""
-    sources = concatenate([vertex_points(SHEET, [9]), face_point(SHEET, 30, [0.2, 0.3, 0.5])])
-    report = VectorHeat(SHEET).from_sources(sources, [[1, 0, 0], [0, 1, 0]]).report["sources"]
-    np.testing.assert_allclose([source_point(SHEET, s) for s in report], sources.positions(SHEET), atol=1e-15)
+def test_results_carry_their_sources() -> None:
+    """Sources and vectors of a result are those given, vertices first, without duplicates."""
+    sources = concatenate([face_point(SHEET, 30, [0.2, 0.3, 0.5]), vertex_points(SHEET, [9])])
+    result = VectorHeat(SHEET).from_sources(sources, [[0, 1, 0], [1, 0, 0]])
+    assert result.sources is not None
+    np.testing.assert_array_equal(result.sources.faces, [-1, 30])
+    np.testing.assert_allclose(result.source_vectors, [[1, 0, 0], [0, 1, 0]], atol=1e-15)
