@@ -249,7 +249,7 @@ def test_length_of_faint_gradients():
     faint = [Field(f.name, f.location, f.values * (1e-200 if f.name == "heat_gradient" else 1)) for f in result.fields]
     one, other = (
         geodesic_picture(r, width=300, panels=["gradient"]).astype(int)[40:300]
-        for r in (result, Result(BALL, faint, result.report))
+        for r in (result, Result(BALL, faint, result.report, result.sources))
     )
     assert np.mean(np.abs(one - other).max(axis=2) > 8) < 1e-3
 
