@@ -15,9 +15,9 @@ from geomhw_cli.runtime.resume import load_state, save_state
 from geomhw_cli.specs import fields
 
 if TYPE_CHECKING:
-    from geomhw.fluid.run import Plan, Snapshot
-    from geomhw.fluid.state import Diagnostics, Scheme
-    from geomhw.fluid.traced_scheme import TracedScheme
+    from geomhw.fluid.run import Plan
+    from geomhw.fluid.state import FlowState, Scheme
+    from geomhw.results import Result
 
 
 @command(
@@ -94,9 +94,12 @@ def fluid(mesh_path: Path, choices: dict[str, Any], files: dict[str, Any], repor
     mesh = job.read_oriented()
     with job.stage("set up"):
         settings = {"advection": choices["advection"], "filter": choices["smooth"], "viscosity": choices["viscosity"]}
-        untraced = scheme_of(mesh, choices["scheme"], **settings)
-        traced = _traced(untraced, choices["tracers"])
-        scheme = traced or untraced
+        scheme = untraced = scheme_of(mesh, choices["scheme"], **settings)
+        traced = None
+        if choices["tracers"]:  # compiled loops are loaded only then
+            from geomhw.fluid.traced_scheme import TracedScheme
+
+            scheme = traced = TracedScheme(untraced, choices["tracers"])
         force = top_jet(mesh, plan.dt) if choices["force_name"] == "jet" and plan.dt else None
         diagnostics = Diagnostics(scheme)
         state = load_state(writer, mesh, restart, choices) if restart else None
@@ -107,8 +110,12 @@ def fluid(mesh_path: Path, choices: dict[str, Any], files: dict[str, Any], repor
     try:
         with job.stage("compute and write"), progress("fluid") as bar, writer.background:
             for snapshot in run(scheme, state, plan, force):
-                _save(writer, scheme, traced, diagnostics, snapshot, choices)
-                bar(plan.share(snapshot.state))
+                state = snapshot.state
+                cloud = traced.cloud(state) if traced else None
+                # An uninterrupted run passes the regular states too, and can be continued from them.
+                checkpoint = partial(save_state, writer, mesh, state, choices) if snapshot.regular else None
+                writer.add(state.time, _frame(scheme, state), diagnostics(state, snapshot.dt), cloud, checkpoint)
+                bar(plan.share(state))
     except KeyboardInterrupt:
         if not writer.rows:
             raise
@@ -138,35 +145,16 @@ def _plan(choices: dict[str, Any]) -> "Plan":
     return Plan(**{name: choices[name] for name in ("dt", "cfl", "steps", "until", "every")})
 
 
-def _traced(scheme: "Scheme", count: int | None) -> "TracedScheme | None":
-    """The scheme with tracers, if there are any: only then are compiled loops loaded."""
-    if not count:
-        return None
-    from geomhw.fluid.traced_scheme import TracedScheme
-
-    return TracedScheme(scheme, count)
-
-
-def _save(
-    writer: FrameWriter,
-    scheme: "Scheme",
-    traced: "TracedScheme | None",
-    diagnostics: "Diagnostics",
-    snapshot: "Snapshot",
-    choices: dict[str, Any],
-) -> None:
-    """Hand over a frame, its line of the table and, if an uninterrupted run passes this state too, the checkpoint."""
+def _frame(scheme: "Scheme", state: "FlowState") -> "Result":
+    """The arrays of a frame."""
     import numpy as np
 
     from geomhw.results import Field, Result
 
-    state = snapshot.state
     fields = [
         Field("color", "vertex", state.color),
         Field("vorticity", "vertex", scheme.vorticity(state)),
         Field("velocity", "face", scheme.velocity(state)),
         Field("time", "mesh", np.array([state.time])),
     ]
-    tracers = traced.cloud(state) if traced else None
-    checkpoint = partial(save_state, writer, scheme.mesh, state, choices) if snapshot.regular else None
-    writer.add(state.time, Result(scheme.mesh, fields), diagnostics(state, snapshot.dt), tracers, checkpoint)
+    return Result(scheme.mesh, fields)
