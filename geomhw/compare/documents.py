@@ -34,7 +34,7 @@ def _compare(path: str, one: Any, other: Any, tolerance: Tolerance, ignored: Ign
                 yield from _compare(inner, one[key], other[key], tolerance, ignored)
             else:
                 yield Finding(inner, "value", False, note=f"only in {'A' if key in one else 'B'}")
-    elif _is_numeric(one) and _is_numeric(other):
+    elif _shape(one) is not None and _shape(other) is not None:
         yield compare_arrays(name, "value", one, other, tolerance)
     elif isinstance(one, list) and isinstance(other, list):
         if len(one) != len(other):
@@ -47,13 +47,8 @@ def _compare(path: str, one: Any, other: Any, tolerance: Tolerance, ignored: Ign
         yield Finding(name, "value", same, values=None if same else (_short(one), _short(other)))
 
 
-def _is_numeric(value: Any) -> bool:
-    """Return whether a value is a number or a rectangular array of numbers."""
-    return _shape(value) is not None
-
-
 def _shape(value: Any) -> tuple[int, ...] | None:
-    """Return the shape of nested lists of numbers; None if they are ragged or hold anything else."""
+    """Return the shape of a number or of nested lists of numbers; None if ragged or of anything else."""
     if isinstance(value, list):
         shapes = {_shape(item) for item in value}
         inner = shapes.pop() if len(shapes) == 1 else None

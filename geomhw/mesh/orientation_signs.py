@@ -66,10 +66,8 @@ def double_cover_faces(faces: Ints, signs: Ints, n: int) -> Ints:
     Vertex v of the mesh becomes v and v + n. The cover is consistently oriented. An orientable patch gives two
     components, a one-sided patch one component.
     """
-    back = np.where(signs > 0, 0, 1)
-    front_faces = faces.astype(np.int64) + n * back
-    back_faces = faces.astype(np.int64) + n * (1 - back)
-    return np.concatenate([front_faces, back_faces[:, [0, 2, 1]]])
+    shift = n * (signs <= 0)
+    return np.concatenate([faces + shift, (faces + n - shift)[:, [0, 2, 1]]])
 
 
 def _fan_signs(faces: Ints, edges: Edges) -> Ints:

@@ -62,7 +62,8 @@ def flow_film(
     speeds = np.stack([np.linalg.norm(np.asarray(result["velocity"]), axis=1) for result in results])
     speed = float(np.quantile(speeds, TYPICAL_SPEED, axis=1).max())  # of the fastest frame
     with_vorticity = any(field.name == "vorticity" for field in results[0].fields)
-    swirl = max((_swirl(result) for result in results), default=0.0) if with_vorticity else 0.0
+    vorticities = [np.abs(np.asarray(result["vorticity"])) for result in results] if with_vorticity else []
+    swirl = max((float(np.quantile(vorticity, 1 - OUTLIERS)) for vorticity in vorticities), default=0.0)
     swirl = max(swirl, ROUNDING * speed / mesh.mean_edge_length) if swirl else 0.0
     view = choose_view(mesh, mesh.faces[_fastest(speeds.mean(axis=0)), 0].tolist())
     duration = STREAK * float(np.sqrt(mesh.face_areas.sum())) / (speed or 1.0)
@@ -144,11 +145,6 @@ def _panels(result: Result, colors: tuple[float, float] | None, swirl: float, la
         return [first]
     vorticity = Surface(result["vorticity"], colormap="RdBu_r", limits=(-swirl, swirl))
     return [first, Panel("vorticity", vorticity)]
-
-
-def _swirl(result: Result) -> float:
-    """Return the largest vorticity without outliers."""
-    return float(np.quantile(np.abs(np.asarray(result["vorticity"])), 1 - OUTLIERS))
 
 
 def _limits(colors: Sequence[Floats]) -> tuple[float, float] | None:

@@ -81,11 +81,7 @@ class Drawing:
         return self
 
     def __exit__(self, *reason: object) -> None:
-        self.close()
-
-    def close(self) -> None:
-        """Close the window."""
-        self.stage.close()
+        self.stage.__exit__(*reason)
 
 
 def draw(

@@ -5,7 +5,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from geomhw.arrays import Floats
 from geomhw.errors import FieldError
 from geomhw.options import HEAT_METHOD, PANEL_WIDTH
 from geomhw.render.layers import LIGHT, Arrows, Marker, Panel, Surface, Theme
@@ -99,7 +98,9 @@ def _divergence(result: Result) -> Panel:
 def _distance(result: Result) -> Panel:
     """Return the panel of the distance with isolines."""
     distance = np.asarray(result["distance"])
-    surface = Surface(distance, colormap="viridis", limits=_from_zero(distance), isolines=ISOLINES)
+    largest = float(distance[np.isfinite(distance)].max(initial=0.0))
+    limits = (0.0, largest) if largest > 0 else None
+    surface = Surface(distance, colormap="viridis", limits=limits, isolines=ISOLINES)
     return Panel("geodesic distance", surface)
 
 
@@ -158,9 +159,3 @@ def helmholtz_picture(
         for title, name, surface in parts
     ]
     return draw(result.mesh, panels, size, columns=2, theme=theme, width=width)
-
-
-def _from_zero(distance: Floats) -> tuple[float, float] | None:
-    """Return 0 and the largest finite distance; None if that is 0."""
-    largest = float(distance[np.isfinite(distance)].max(initial=0.0))
-    return (0.0, largest) if largest > 0 else None

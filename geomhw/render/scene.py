@@ -70,10 +70,6 @@ class Stage:
         return self
 
     def __exit__(self, *reason: object) -> None:
-        self.close()
-
-    def close(self) -> None:
-        """Close the window."""
         self._window.close()
 
     def pixels(self, points: Floats) -> Floats:

@@ -61,10 +61,6 @@ class Window:
         self._window.SetSize(*size)
         self._window.AddRenderer(self._renderer)
         self._depth = depth
-        self._aim(depth)
-
-    def _aim(self, depth: float) -> None:
-        """Set a parallel projection along -z."""
         camera = self._renderer.GetActiveCamera()
         camera.SetPosition(0, 0, 2 * depth)
         camera.SetFocalPoint(0, 0, 0)
