@@ -96,9 +96,9 @@ def _sorted_sweeps(matrix: sp.csr_array, rhs: NDArray[Any], arrival: Floats) -> 
     window, margin = max(WINDOW, WINDOW_EDGES * edge), max(MARGIN, edge)
     w, p, scaled = np.zeros(n, dtype=np.result_type(matrix.dtype, rhs.dtype)), np.zeros(n), A.indptr[:-1].copy()
     state = A.indptr, A.indices, A.data, 1.0 / diagonal, rhs[order].astype(w.dtype), arrival, margin, scaled, p, w
-    converged = _sweep_outward(*state, 0, window, omega, TOLERANCE)
+    converged = _sweep_outward(state, 0, window, omega, TOLERANCE)
     # On a way longer than the window, over-relaxation would let errors grow: ω = 1.
-    if not (converged and _sweep_outward(*state, n, np.inf, 1.0, FINAL_TOLERANCE)):
+    if not (converged and _sweep_outward(state, n, np.inf, 1.0, FINAL_TOLERANCE)):
         raise ConvergenceError(
             "sweeps of the heat equation do not converge on this mesh; compute with solver='direct'", "solver='direct'"
         )
@@ -108,27 +108,13 @@ def _sorted_sweeps(matrix: sp.csr_array, rhs: NDArray[Any], arrival: Floats) -> 
 
 
 @compiled
-def _sweep_outward(
-    indptr: Ints,
-    indices: Ints,
-    data: NDArray[Any],
-    inverse_diagonal: Floats,
-    b: NDArray[Any],
-    arrival: Floats,
-    margin: float,
-    scaled: Ints,
-    p: Floats,
-    w: NDArray[Any],
-    end: int,
-    window: float,
-    omega: float,
-    tolerance: float,
-) -> bool:
+def _sweep_outward(state: Any, end: int, window: float, omega: float, tolerance: float) -> bool:
     """Sweep until all unknowns have left the window; return whether they did.
 
     The window holds the unknowns from start to end; its first end is given. Entries of row i before scaled[i], to
     columns before the end, have been multiplied by exp(p_i - p_j).
     """
+    indptr, indices, data, inverse_diagonal, b, arrival, margin, scaled, p, w = state
     n, start, sweeps = len(b), 0, 0
     while start < n:
         while end < n and arrival[end] <= arrival[start] + window:

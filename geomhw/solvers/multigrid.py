@@ -14,7 +14,6 @@ Saad: Iterative Methods for Sparse Linear Systems, SIAM 2003.
 """
 
 import math
-from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -172,15 +171,7 @@ class _Cycle:
 
 @compiled
 def _sweep(
-    indptr: Ints,
-    indices: Ints,
-    data: NDArray[Any],
-    diagonal: Floats,
-    x: NDArray[Any],
-    b: NDArray[Any],
-    first: int,
-    last: int,
-    step: int,
+    indptr: Ints, indices: Ints, data: Floats, diagonal: Floats, x: Floats, b: Floats, first: int, last: int, step: int
 ) -> None:
     """Sweep x_i ← (b - N x)_i / d_i for A = N + diag(d), in place; rows as in ``range``."""
     for i in range(first, last, step):
