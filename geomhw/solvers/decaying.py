@@ -1,4 +1,4 @@
-"""Systems whose solution decays by many orders of magnitude: by factorization, or by sweeps where that is faster."""
+"""Choice of the solver for systems whose solution decays: a factorization, or sweeps where they are faster."""
 
 from collections.abc import Callable
 from functools import cached_property
@@ -17,78 +17,86 @@ from geomhw.solvers.log_scaled import LogValues, in_reach, solve_decaying, solve
 
 
 class DecayingSolver:
-    """Solves A u = b for u that decays away from where b is not zero, at any extent.
+    """Solve A u = b for u that decays away from the entries of b, over any number of orders of magnitude.
 
-    assemble: makes A, (n, n), such as M + tS, which is not kept. free: (n,), unknowns to solve for; the others are
-    zero. asked, solves: as in `LaplaceSolver`; ``multigrid`` means sweeps that follow the decay, for which ``auto`` and
-    ``direct`` factor where they are slower. iterates: whether sweeps are used.
+    Parameters
+    ----------
+    assemble : returns A, (n, n), such as M + tS; A is not kept.
+    free : (n,) mask of the unknowns to solve for. The others are zero.
+    solver, solves : as in `LaplaceSolver`; ``multigrid`` means sweeps here. ``auto`` factors where sweeps do not
+        converge.
     """
 
     def __init__(
-        self, assemble: Callable[[], sp.csr_array], free: NDArray[np.bool_], asked: SolverName, solves: int
+        self, assemble: Callable[[], sp.csr_array], free: NDArray[np.bool_], solver: SolverName, solves: int
     ) -> None:
-        self._assemble, self.free, self._asked = assemble, free, asked
-        self.iterates = iterates(asked, len(free), solves)
+        self._assemble, self.free, self._solver = assemble, free, solver
+        #: Whether sweeps are used.
+        self.iterates = iterates(solver, len(free), solves)
 
     @cached_property
     def factored(self) -> DirectSolver:
-        """The factorization, made on first use. It solves for several right-hand sides in plain doubles."""
+        """The factorization, made on first use, for solutions in doubles."""
         return DirectSolver(self._assemble(), self.free)
 
-    @cached_property
-    def relaxation(self) -> float:
-        from geomhw.solvers.heat_sweeps import over_relaxation
+    def __call__(self, rhs: Floats, mask: NDArray[np.bool_], arrival: Callable[[], Floats]) -> LogValues:
+        """Return u on the unknowns of a mask, (n,), and zero elsewhere.
 
-        A = self._assemble()
-        rows = A @ np.ones(A.shape[0])  # those of S sum to zero, so these are masses
-        return over_relaxation(rows[self.free], A.diagonal()[self.free])
+        Parameters
+        ----------
+        rhs : b, (n,).
+        arrival : returns (n,) values that grow about as -log u from zero at the sources: path lengths over √t.
 
-    def __call__(self, rhs: Floats, there: NDArray[np.bool_], travel: Callable[[], Floats]) -> LogValues:
-        """u on the unknowns of a mask, (n,), and zero elsewhere.
-
-        travel: makes (n,) values that grow with -log u from zero at the sources, in units of the decay length.
-        ConvergenceError if no method asked for reaches the far side.
+        Raises
+        ------
+        ConvergenceError
+            If no method allowed by ``solver`` converges.
         """
-        where = np.flatnonzero(there)
+        where = np.flatnonzero(mask)
         if self.iterates and len(where):
             try:
-                return self._by_sweeps(rhs, where, travel())
+                return self._by_sweeps(rhs, where, arrival())
             except ConvergenceError:
-                if self._asked == "multigrid":
+                if self._solver == "multigrid":
                     raise
                 self.iterates = False
         with np.errstate(under="ignore"):
             u = self.factored(rhs)
-        if in_reach(u[there]):
+        if in_reach(u[mask]):
             return LogValues.of(u)
         try:
-            found = solve_decaying(self._part(where), rhs[where], u[where], travel()[where])
+            part = solve_decaying(self._submatrix(where), rhs[where], u[where], arrival()[where])
         except ConvergenceError:  # where parts of the mesh decay at very different rates
-            if self._asked != "auto":
+            if self._solver != "auto":
                 raise
-            return self._by_sweeps(rhs, where, travel())
-        return _padded(found, where, len(rhs))
+            return self._by_sweeps(rhs, where, arrival())
+        return _padded(part, where, len(rhs))
 
     def scaled(self, matrix: sp.csr_array, rhs: NDArray[Any], potential: Floats) -> NDArray[Any]:
-        """v = exp(p) u for another system A u = b whose solution decays as that of this one, exp(-p)."""
+        """Return exp(p) u for another, Hermitian system A u = b whose solution decays as exp(-p), as that of this one.
+
+        Raises
+        ------
+        ConvergenceError
+            If no method allowed by ``solver`` converges.
+        """
         if self.iterates:
             from geomhw.solvers.heat_sweeps import solve_scaled_by_sweeps
 
             try:
-                return solve_scaled_by_sweeps(matrix, rhs, potential, self.relaxation)
+                return solve_scaled_by_sweeps(matrix, rhs, potential)
             except ConvergenceError:
-                if self._asked == "multigrid":
+                if self._solver == "multigrid":
                     raise
                 self.iterates = False
         return solve_scaled(matrix, rhs, potential)
 
-    def _by_sweeps(self, rhs: Floats, where: Ints, travel: Floats) -> LogValues:
+    def _by_sweeps(self, rhs: Floats, where: Ints, arrival: Floats) -> LogValues:
         from geomhw.solvers.heat_sweeps import solve_by_sweeps
 
-        found = solve_by_sweeps(self._part(where), rhs[where], travel[where], self.relaxation)
-        return _padded(found, where, len(rhs))
+        return _padded(solve_by_sweeps(self._submatrix(where), rhs[where], arrival[where]), where, len(rhs))
 
-    def _part(self, where: Ints) -> sp.csr_array:
+    def _submatrix(self, where: Ints) -> sp.csr_array:
         A = self._assemble()
         return A if len(where) == A.shape[0] else A[where][:, where]
 

@@ -1,7 +1,7 @@
-"""Triangular solves with many right-hand sides at once, in place, compiled.
+"""Triangular solves with many right-hand sides, in place, as compiled loops.
 
-Factors are in compressed columns, indices ascending, as SuperLU gives them; right-hand sides are the rows of a C array,
-so that each entry of a factor is read once for all of them.
+Factors are in compressed columns with ascending row indices, as SuperLU stores them. Right-hand sides are the columns
+of a C-contiguous array, so that each entry of a factor is read once for all of them.
 """
 
 from typing import Any
@@ -15,7 +15,7 @@ from geomhw.compiled import compiled
 
 @compiled
 def solve_lower(indptr: Ints, indices: Ints, data: NDArray[Any], x: NDArray[Any]) -> None:
-    """Solve L x = b for L with a unit diagonal, stored first in each column; x, (n, k), holds b before and x after."""
+    """Solve L x = b for L with a unit diagonal, stored first in each column; x, (n, k), is b on entry."""
     n, k = x.shape
     for j in range(n):
         for p in range(indptr[j] + 1, indptr[j + 1]):
@@ -26,7 +26,7 @@ def solve_lower(indptr: Ints, indices: Ints, data: NDArray[Any], x: NDArray[Any]
 
 @compiled
 def solve_upper(indptr: Ints, indices: Ints, data: NDArray[Any], x: NDArray[Any]) -> None:
-    """Solve U x = b for U with its diagonal last in each column; x, (n, k), holds b before and x after."""
+    """Solve U x = b for U with its diagonal last in each column; x, (n, k), is b on entry."""
     n, k = x.shape
     for j in range(n - 1, -1, -1):
         last = indptr[j + 1] - 1

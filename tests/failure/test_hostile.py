@@ -120,7 +120,6 @@ REMARKS: dict[str, dict[str, int]] = {
     "tube": {"boundary_loops": 2},
 }
 REFERENCE_REFUSALS: dict[str, dict[str, str]] = {
-    "camelhead.off": SWEEPS,
     "fan3.obj": THREE | refused("oriented manifold", "intrinsic"),
     "hourglass_ico.obj": refused("single fan", "intrinsic")
     | refused("vertex 22 has no normal", "vecdiffuse", "vecrobust"),

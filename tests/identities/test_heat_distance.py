@@ -97,11 +97,11 @@ def test_beyond_reach_agrees_with_within() -> None:
     rhs = np.zeros(mesh.n_vertices)
     rhs[0] = 1
     plain = DirectSolver(A)(rhs)
-    travel = edge_path_distance(mesh, np.array([0])) / np.sqrt(t)
+    arrival = edge_path_distance(mesh, np.array([0])) / np.sqrt(t)
     forgetful = np.where(plain > 1e-20, plain, 0.0)  # as if doubles ended at 1e-20
     old, log_scaled.REACH = log_scaled.REACH, 40.0
     try:
-        far = log_scaled.solve_decaying(A, rhs, forgetful, travel)
+        far = log_scaled.solve_decaying(A, rhs, forgetful, arrival)
     finally:
         log_scaled.REACH = old
     np.testing.assert_allclose(far.log, np.log(plain), atol=1e-9)
