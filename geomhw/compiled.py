@@ -11,7 +11,7 @@ F = TypeVar("F", bound=Callable[..., Any])
 def compiled(function: F) -> F:
     """Decorate a plain loop over arrays: compiled on first use, without changing the order of operations.
 
-    Division by zero gives inf or NaN, as in numpy. Compiling takes a second once per machine. Other Python threads run meanwhile. Import modules with compiled loops
-    where they are used, since numba takes 0.2 s to load.
+    Division by zero gives inf or NaN, as in numpy. Compiling takes a second once per machine. Other Python threads run
+    meanwhile. Import modules with compiled loops where they are used, since numba takes 0.2 s to load.
     """
     return njit(cache=True, nogil=True, error_model="numpy")(function)
