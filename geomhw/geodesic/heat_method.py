@@ -18,7 +18,6 @@ from geomhw.geodesic.edge_paths import edge_path_distance
 from geomhw.geodesic.heat_step import HeatStep
 from geomhw.geodesic.poisson import DistancePoisson
 from geomhw.geodesic.source_conditions import chord_to_nearest, known_distances, source_heat
-from geomhw.geodesic.unfolding import Unfolding
 from geomhw.geodesic.unit_field import unit_field
 from geomhw.intrinsic.robust import RobustTriangulation
 from geomhw.mesh.curvature import angle_defects
@@ -32,6 +31,7 @@ from geomhw.stages import Stages
 
 if TYPE_CHECKING:
     from geomhw.geodesic.many_sources import ManySources
+    from geomhw.geodesic.unfolding import Unfolding
 
 #: Beside a source on a coarse mesh, distances may come out a third shorter than the straight line; below this share of
 #: it, they are wrong.
@@ -220,11 +220,15 @@ class HeatDistance:
         return ManySources(self.mesh, self._surface, self._heat, self._poisson, self.bound)
 
     @cached_property
-    def _unfolding(self) -> Unfolding:
+    def _unfolding(self) -> "Unfolding":
+        from geomhw.geodesic.unfolding import Unfolding
+
         return Unfolding(self._surface, angle_defects(self._single))
 
     @cached_property
-    def _unfolding_of_mesh(self) -> Unfolding:
+    def _unfolding_of_mesh(self) -> "Unfolding":
+        from geomhw.geodesic.unfolding import Unfolding
+
         return Unfolding(self._single, angle_defects(self._single))
 
     def _unfolded(self, sources: SurfacePoints, distance: Floats) -> Floats:

@@ -1,180 +1,223 @@
-"""Distances by unfolding: each from the triangles that the shortest path may come through.
+"""Geodesic distance by unfolding triangles, with fronts of second order.
 
-Round each vertex the front of equal distance is close to a circle. Its radius at the ends of an edge, with their
-distances, places its center, laid out in the plane of the triangle beyond, and so tells the distance of the third
-corner; where the path would miss the edge it runs along a side. For a center at the source itself this is the method of
-Novotni and Klein, of first order in h. Here the radius is carried along by the equation of Jacobi fields, R' = 1 + κR²
-for the Gaussian curvature κ, which makes it of second order, and right for fronts that are straight, or converge.
+Near a vertex the front of equal distance is an arc. Its radius R at the ends j and k of an edge, with their distances
+d_j and d_k, gives its center c in the plane of a triangle (i, j, k). The third corner takes the shortest of
+
+    (d_j + d_k)/2 - R + |x_i - c|   if the straight path from c crosses the edge,   d_j + |ij|,   d_k + |ik|,
+
+over all its triangles, until no distance changes. With c at the source itself this is the method of Novotni and Klein,
+of first order in h. Here R follows the equation of Jacobi fields, R' = 1 + K R² with the Gaussian curvature K, which
+makes the method second order, also for straight and converging fronts.
 
 Novotni, Klein: Computing Geodesic Distances on Triangular Meshes. WSCG 2002.
 do Carmo: Riemannian Geometry, ch. 5. Birkhäuser, 1992.
 """
 
-from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from geomhw.arrays import Floats, Ints
+from geomhw.compiled import compiled
 from geomhw.errors import ConvergenceError
 from geomhw.mesh import geometry
 from geomhw.mesh.polyhedral import PolyhedralSurface
+from geomhw.mesh.topology import counting_order
 
 #: Width of the bands of vertices that are worked on together, in mean edge lengths.
 BAND = 1.5
-#: Distances that change by no more than this share are settled.
-GAIN = 1e-12
-#: After so many rounds a vertex takes only what is shorter, for two offers may take turns for ever. And the last round.
-PATIENCE = 30
+#: Distances that change by at most this share have converged.
+TOLERANCE = 1e-12
+#: After this many rounds a vertex takes shorter candidates only, since two may alternate without end.
+ALTERNATING_ROUNDS = 30
 MAX_ROUNDS = 10_000
-#: A front of a larger radius than so many edges is taken as straight: rounding would blur its center.
+#: A front with a radius of more edges than this is straight: rounding would blur its center.
 STRAIGHT = 1e6
-#: A front that converges within so many edges is no circle any more, and is taken as straight too.
+#: A front that converges within this many edges is no arc any more, and is taken as straight.
 FOCUS = 3.0
-#: A vertex of a larger angle defect is a corner rather than part of a smooth surface: it bends fronts less and less.
+#: The curvature of a vertex with a larger angle defect counts less and less: it is a corner, not a smooth surface.
 SHARP = 0.15
 
 
-@dataclass(frozen=True)
-class _Front:
-    """Distances, (k,), and radii of the fronts that bring them: 0 at a source, inf if straight, below 0 if hollow."""
-
-    distance: Floats
-    radius: Floats
-
-    def __getitem__(self, which: Ints | NDArray[np.bool_]) -> "_Front":
-        return _Front(self.distance[which], self.radius[which])
-
-    def where(self, mask: NDArray[np.bool_], other: "_Front") -> "_Front":
-        """This one where the mask holds, else the other."""
-        return _Front(np.where(mask, self.distance, other.distance), np.where(mask, self.radius, other.radius))
-
-
 class Unfolding:
-    """Unfolds distances on one surface; its triangles are laid out once.
+    """Distances by unfolding on one surface.
 
-    defects: (n,), the integrated Gaussian curvature of the vertices, as in `angle_defects`.
+    On a flat surface, distances from a vertex or a straight line of vertices are exact, for triangles of any shape. On
+    a curved one the error is O(h²), away from points where shortest paths of several directions meet.
 
-    On a flat surface distances from a vertex, or from a straight line of vertices, come out exact, whatever the shape
-    of the triangles; on a curved one the error is of the order of h², away from where paths of several directions meet.
+    Parameters
+    ----------
+    surface : the surface; faces of zero area do no harm.
+    defects : (n,) array, the integrated Gaussian curvature of the vertices, as in `angle_defects`.
+
+    References
+    ----------
+    Novotni, Klein: Computing Geodesic Distances on Triangular Meshes, WSCG 2002.
+
+    Examples
+    --------
+    >>> from geomhw.mesh import angle_defects, grid
+    >>> square = grid(4, 4)
+    >>> known = np.where(np.arange(25) == 0, 0.0, np.inf)
+    >>> Unfolding(square, angle_defects(square))(known, np.linalg.norm(square.vertices, axis=1)).max().round(6)
+    np.float64(1.414214)
     """
 
     def __init__(self, surface: PolyhedralSurface, defects: Floats) -> None:
-        lengths = surface.edge_lengths[surface.edge_table.of_faces]
-        self._h = surface.mean_edge_length
-        # One line a corner i, with the opposite edge from j to k on the x axis and i above it.
-        self._i, self._j, self._k = (np.roll(surface.faces, -shift, axis=1).ravel() for shift in range(3))
-        self._jk, self._ik, self._ij = (np.roll(lengths, -shift, axis=1).ravel() for shift in range(3))
-        with np.errstate(invalid="ignore", divide="ignore"):  # an edge without length is crossed by no path
-            self._x, self._y = geometry.apex(self._jk, self._ij, self._ik)
+        lengths, n = surface.edge_lengths[surface.edge_table.of_faces], surface.n_vertices
+        self._band_width = BAND * surface.mean_edge_length
+        # One row per corner i, grouped by vertex, with the opposite edge from j to k on the x axis and i above it.
+        i, j, k = (np.roll(surface.faces, -shift, axis=1).ravel() for shift in range(3))
+        jk, ik, ij = (np.roll(lengths, -shift, axis=1).ravel() for shift in range(3))
+        with np.errstate(invalid="ignore", divide="ignore"):  # no path crosses an edge of zero length
+            x, y = geometry.apex(jk, ij, ik)
+        order = counting_order(i)
+        starts = np.append(0, np.cumsum(np.bincount(i, minlength=n)))
         areas = surface.vertex_areas
-        bends = defects / (1 + (defects / SHARP) ** 2)
-        self._curvature = np.divide(bends, areas, out=np.zeros_like(areas), where=areas > 0)
+        smooth = defects / (1 + (defects / SHARP) ** 2)
+        curvature = np.divide(smooth, areas, out=np.zeros_like(areas), where=areas > 0)
+        self._j, self._k, *rest = (values[order] for values in (j, k, ij, ik, jk, x, y))
+        self._corners = starts, self._j, self._k, *rest, curvature
 
-    def __call__(self, start: Floats, guess: Floats) -> Floats:
-        """Distance, (n,), from what ``start`` says, (n,), inf where it says nothing; never longer than that.
+    def __call__(self, known: Floats, guess: Floats) -> Floats:
+        """Return the distance from the sources, (n,); inf where the guess is.
 
-        guess: distances, (n,), inf where no path leads, that tell in which order vertices are met; the result hardly
-        depends on it. What starts above 0 is taken to be that far from one point, round which fronts go on; an edge
-        between two vertices that start at 0 is a source as a whole. ConvergenceError if distances do not settle.
+        Parameters
+        ----------
+        known : (n,) array of distances to keep, 0 at source vertices, inf where unknown. A vertex with a positive
+            distance is that far from a point source. An edge between two vertices at 0 is a source as a whole.
+        guess : (n,) array of approximate distances, inf where no path leads. It decides the order of computation; the
+            result hardly depends on it.
+
+        Raises
+        ------
+        ConvergenceError
+            If distances do not converge.
         """
-        known = np.isfinite(start)
-        radius = np.array(start, dtype=float)
-        ends = (start[self._j] == 0) & (start[self._k] == 0)
-        radius[np.concatenate([self._j[ends], self._k[ends]])] = np.inf
-        front = _Front(np.array(start, dtype=float), radius)
-        open_corners = np.flatnonzero((np.isfinite(guess) & ~known)[self._i])
-        band = (guess[self._i[open_corners]] / (BAND * self._h)).astype(np.int64)
-        order = np.lexsort((self._i[open_corners], band))
-        corners, band = open_corners[order], band[order]
-        starts = np.searchsorted(band, np.arange(band.max(initial=-1) + 2))
-        for k in range(len(starts) - 1):
-            before = starts[max(k - 1, 0)]
-            self._settle(front, corners[before : starts[k + 1]], starts[k] - before)
-        self._settle(front, corners, 0)
-        return front.distance
-
-    def _settle(self, front: _Front, corners: Ints, new: int) -> None:
-        """Give the vertices at these corners the shortest of their offers, in place, until that changes nothing.
-
-        Corners of one vertex are next to each other. new: those from there on have not been looked at yet; the others
-        are when something changes beside them.
-        """
-        i, j, k = self._i[corners], self._j[corners], self._k[corners]
-        due = np.arange(new, len(corners))
-        for count in range(MAX_ROUNDS):
-            if not len(due):
-                return
-            vertex = i[due]
-            first = np.flatnonzero(np.diff(vertex, prepend=-1))
-            offer, old = self._offers(front, corners[due]), front.distance[vertex]
-            length = np.where(offer.distance < old, offer.distance, np.inf) if count >= PATIENCE else offer.distance
-            shortest = np.repeat(np.minimum.reduceat(length, first), np.diff(first, append=len(due)))
-            taken = (length == shortest) & np.isfinite(shortest)
-            front.distance[vertex[taken]], front.radius[vertex[taken]] = offer.distance[taken], offer.radius[taken]
-            moved = taken & (shortest != old)
-            moved[moved] = ~(np.abs(shortest[moved] - old[moved]) <= GAIN * shortest[moved])
-            # Whose neighbors have changed asks all of its corners again.
-            changed, asks = np.zeros((2, len(front.distance)), dtype=bool)
-            changed[vertex[moved]] = True
-            asks[i[changed[j] | changed[k]]] = True
-            due = np.flatnonzero(asks[i])
-        raise ConvergenceError("unfolding of distances does not converge; compute with refine=False", "refine=False")
-
-    def _offers(self, front: _Front, c: Ints) -> _Front:
-        """What j and k have to offer to vertex i of these corners."""
-        i, j, k, base, x, y = (of[c] for of in (self._i, self._j, self._k, self._jk, self._x, self._y))
-        at_j, at_k, bend = front[j], front[k], self._curvature
-        with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-            from_j = _bent(_moved(at_j, self._ij[c]), self._ij[c], (bend[i] + bend[j]) / 2)
-            from_k = _bent(_moved(at_k, self._ik[c]), self._ik[c], (bend[i] + bend[k]) / 2)
-            along = from_j.where(from_j.distance <= from_k.distance, from_k)
-            across, foot = _across(at_j, at_k, base, x, y)
-            share = foot / base
-            between = (1 - share) * bend[j] + share * bend[k]
-            across = _bent(across, np.hypot(x - foot, y), (bend[i] + between) / 2)
-            inside = (share >= 0) & (share <= 1) & (across.distance < along.distance)
-        return across.where(inside, along)
+        distance, radius = np.array(known, dtype=float), np.array(known, dtype=float)
+        on_source = (known[self._j] == 0) & (known[self._k] == 0)
+        radius[self._j[on_source]] = radius[self._k[on_source]] = np.inf
+        unknown = np.flatnonzero(np.isfinite(guess) & ~np.isfinite(known))
+        band = (guess[unknown] / self._band_width).astype(np.int64)
+        order = np.argsort(band, kind="stable")
+        starts = np.searchsorted(band[order], np.arange(band.max(initial=-1) + 2))
+        if not _unfold_bands(self._corners, unknown[order], starts, distance, radius):
+            raise ConvergenceError(
+                "unfolding of distances does not converge; compute with refine=False", "refine=False"
+            )
+        return distance
 
 
-def _across(at_j: _Front, at_k: _Front, base: Floats, x: Floats, y: Floats) -> tuple[_Front, Floats]:
-    """The front at (x, y) that has come over the edge from (0, 0) to (base, 0), and where on the edge it did; NaN where
-    no front has such distances at both ends."""
-    # Ends that agree on the center keep it; else the curvature is the mean of both. A source is its own center.
-    apart = (at_j.distance - at_k.distance) / 2
-    middle = (at_j.distance + at_k.distance) / 2
-    agreed = (at_j.radius + at_k.radius) / 2
-    mean_curved = 2 / (1 / at_j.radius + 1 / at_k.radius)
-    same = np.abs(at_j.radius - at_k.radius) <= base
-    radius = np.where(same, agreed, mean_curved)
-    radius = np.where(at_j.radius == 0, -apart, np.where(at_k.radius == 0, apart, radius))
-    offset, r_j, r_k = middle - radius, radius + apart, radius - apart
-    hollow = radius < 0
-    wide, focused = ~(np.abs(radius) <= STRAIGHT * base), hollow & (radius > -FOCUS * base)
-    # The center, at (s, -depth), or ahead at (s, depth) where the front is hollow.
-    s = base / 2 + (r_j - r_k) * (r_j + r_k) / (2 * base)
-    depth = np.sqrt((r_j - s) * (r_j + s)) * np.where(hollow, -1.0, 1.0)
-    reach = np.hypot(x - s, y + depth) * np.where(hollow, -1.0, 1.0)
-    ahead = hollow & (y + depth >= 0)  # beyond its own focus no front is left
-    round_front = _Front(np.where(ahead, np.nan, offset + reach), reach)
-    # A straight front climbs along the edge by so much a length.
-    climb = (at_k.distance - at_j.distance) / base
-    steep = np.sqrt((1 - climb) * (1 + climb))
-    flat_front = _Front(at_j.distance + x * climb + y * steep, np.where(focused, -FOCUS * base, np.inf))
-    foot = np.where(wide | focused, x - y * climb / steep, s + (x - s) * depth / (y + depth))
-    return flat_front.where(wide | focused, round_front), foot
+@compiled
+def _unfold_bands(corners: Any, vertices: Ints, starts: Ints, distance: Floats, radius: Floats) -> bool:
+    """Compute distances and radii in place, band by band with the one before, then of all; whether they converge."""
+    for k in range(len(starts) - 1):
+        first = starts[max(k - 1, 0)]
+        if not _unfold(corners, vertices[first : starts[k + 1]], starts[k] - first, distance, radius):
+            return False
+    return _unfold(corners, vertices, 0, distance, radius)
 
 
-def _moved(front: _Front, length: Floats) -> _Front:
-    """The front after that length of flat surface."""
-    return _Front(front.distance + length, front.radius + length)
+@compiled
+def _unfold(corners: Any, vertices: Ints, new: int, distance: Floats, radius: Floats) -> bool:
+    """Give vertices their shortest candidate, in rounds, until nothing changes; whether that happens.
 
-
-def _bent(front: _Front, length: Floats, curvature: Floats) -> _Front:
-    """The front at the end of that length with the curvature of the way made up for, in first order.
-
-    A Jacobi field J, R = J/J', that grows in proportion to the radius on flat ground loses ∫κJ² of J'J by then.
+    The first round takes the vertices from ``new`` on, and each other one those beside a change.
     """
-    before = np.where(np.isfinite(front.radius), 1 - length / front.radius, 1.0)
-    weight = (1 + before + before**2) / 3  # mean of J² over the way, to that at its end
-    return _Front(front.distance, 1 / (1 / front.radius - curvature * length * weight))
+    starts, j, k = corners[0], corners[1], corners[2]
+    allowed, listed = np.zeros(len(distance), dtype=np.bool_), np.zeros(len(distance), dtype=np.bool_)
+    allowed[vertices] = True
+    found = np.empty((len(vertices), 2))
+    current, following = vertices.copy(), vertices.copy()
+    current[: len(vertices) - new] = vertices[new:]
+    count = len(vertices) - new
+    for round_ in range(MAX_ROUNDS):
+        if count == 0:
+            return True
+        for q in range(count):
+            i = current[q]
+            listed[i] = False
+            limit = distance[i] if round_ >= ALTERNATING_ROUNDS else np.inf
+            found[q, 0], found[q, 1] = _shortest_candidate(corners, i, limit, distance, radius)
+        listing = 0
+        for q in range(count):
+            i = current[q]
+            if found[q, 0] < np.inf:
+                change = abs(found[q, 0] - distance[i])
+                distance[i], radius[i] = found[q, 0], found[q, 1]
+                if not change <= TOLERANCE * distance[i]:
+                    for c in range(starts[i], starts[i + 1]):
+                        for neighbor in (j[c], k[c]):
+                            if allowed[neighbor] and not listed[neighbor]:
+                                listed[neighbor] = True
+                                following[listing] = neighbor
+                                listing += 1
+        current, following, count = following, current, listing
+    return False
+
+
+@compiled
+def _shortest_candidate(corners: Any, i: int, limit: float, distance: Floats, radius: Floats) -> tuple[float, float]:
+    """Distance and radius of the shortest candidate for vertex i below a limit; inf if there is none."""
+    starts, j, k, ij, ik, jk, x, y, curvature = corners
+    best, best_radius = np.inf, np.inf
+    for c in range(starts[i], starts[i + 1]):
+        d_j, d_k, r_j, r_k = distance[j[c]], distance[k[c]], radius[j[c]], radius[k[c]]
+        # Along the sides.
+        if d_j + ij[c] <= d_k + ik[c]:
+            d, r, length, K = d_j + ij[c], r_j + ij[c], ij[c], curvature[j[c]]
+        else:
+            d, r, length, K = d_k + ik[c], r_k + ik[c], ik[c], curvature[k[c]]
+        # Across the edge.
+        across, across_radius, foot = _across(d_j, r_j, d_k, r_k, jk[c], x[c], y[c])
+        share = foot / jk[c]
+        if share >= 0.0 and share <= 1.0 and across < d:
+            d, r, length = across, across_radius, np.hypot(x[c] - foot, y[c])
+            K = (1 - share) * curvature[j[c]] + share * curvature[k[c]]
+        if d < limit and d <= best:
+            best, best_radius = d, _curved(r, length, (curvature[i] + K) / 2)
+    return best, best_radius
+
+
+@compiled
+def _across(
+    d_j: float, r_j: float, d_k: float, r_k: float, base: float, x: float, y: float
+) -> tuple[float, float, float]:
+    """Distance and radius at (x, y) of the front over the edge from (0, 0) to (base, 0), and where its path crosses it.
+
+    r is 0 at a source, inf for a straight front, negative for a converging one. NaN if no front has these distances.
+    """
+    half_difference = (d_j - d_k) / 2
+    if r_j == 0.0:  # a source is its own center
+        R = -half_difference
+    elif r_k == 0.0:
+        R = half_difference
+    elif abs(r_j - r_k) <= base:  # both ends agree on the center
+        R = (r_j + r_k) / 2
+    else:  # mean curvature of the front
+        R = 2 / (1 / r_j + 1 / r_k)
+    sign = -1.0 if R < 0.0 else 1.0
+    focused = R < 0.0 and -FOCUS * base < R
+    if focused or not abs(R) <= STRAIGHT * base:
+        slope = (d_k - d_j) / base
+        steepness = np.sqrt((1 - slope) * (1 + slope))
+        return d_j + x * slope + y * steepness, -FOCUS * base if focused else np.inf, x - y * slope / steepness
+    from_j, from_k = R + half_difference, R - half_difference
+    # The center is at (s, -depth); ahead, at y = |depth|, for a converging front.
+    s = base / 2 + (from_j - from_k) * (from_j + from_k) / (2 * base)
+    depth = sign * np.sqrt((from_j - s) * (from_j + s))
+    if R < 0.0 and y + depth >= 0.0:  # beyond its focus there is no front
+        return np.nan, np.nan, np.nan
+    reach = sign * np.hypot(x - s, y + depth)
+    return (d_j + d_k) / 2 - R + reach, reach, s + (x - s) * depth / (y + depth)
+
+
+@compiled
+def _curved(radius: float, length: float, curvature: float) -> float:
+    """Radius after a length of surface of that curvature, from the radius that it has on flat ground, in first order.
+
+    A Jacobi field J with R = J/J' that grows in proportion to the radius on flat ground loses ∫KJ² of J'J.
+    """
+    before = 1 - length / radius if np.isfinite(radius) else 1.0
+    weight = (1 + before + before**2) / 3  # mean of J² over the way, relative to that at its end
+    return 1 / (1 / radius - curvature * length * weight)
