@@ -6,7 +6,7 @@ import scipy.sparse as sp
 from geomhw.arrays import Floats, Ints
 from geomhw.flow.stream_function import StreamFunctionSolver
 from geomhw.mesh.triangle_mesh import TriangleMesh
-from geomhw.operators.boundary_loops import loop_groups
+from geomhw.operators.boundary_loops import loop_representatives
 from geomhw.operators.curl import quarter_turn
 from geomhw.operators.divergence import divergence
 from geomhw.operators.gradient import gradient, hat_gradients
@@ -63,7 +63,7 @@ def closed_forms(mesh: TriangleMesh) -> Floats:
     """
     edge_faces = _edge_faces(mesh)
     inner = np.asarray((edge_faces >= 0).all(axis=1))
-    ends = loop_groups(mesh)[mesh.edges]
+    ends = loop_representatives(mesh)[mesh.edges]
     tree = _spanning_forest(ends, inner & (ends[:, 0] != ends[:, 1]), mesh.n_vertices)[1]
     rest = inner.copy()
     rest[tree[tree >= 0]] = False

@@ -15,7 +15,12 @@ from geomhw.flow.tangent_fields import energy, tangential
 from geomhw.mesh.geometry import corner_sum
 from geomhw.mesh.orientation import oriented
 from geomhw.mesh.triangle_mesh import TriangleMesh
-from geomhw.operators.crouzeix_raviart import edge_components, edge_gradient, edges_to_vertices, loop_edges
+from geomhw.operators.crouzeix_raviart import (
+    boundary_loop_edges,
+    crouzeix_raviart_gradient,
+    edge_components,
+    edges_to_vertices,
+)
 from geomhw.operators.curl import curl_of, quarter_turn
 from geomhw.operators.divergence import divergence
 from geomhw.operators.gradient import gradient
@@ -118,13 +123,13 @@ class _EdgeStreamFunction:
     def __init__(self, mesh: TriangleMesh) -> None:
         self._mesh, self._components = mesh, edge_components(mesh)
         group = np.arange(mesh.n_edges)
-        for edges in loop_edges(mesh):
+        for edges in boundary_loop_edges(mesh):
             group[edges] = edges[0]
         first, unknown = np.unique(group, return_index=True, return_inverse=True)[1:]
         entries = (np.ones(mesh.n_edges), (np.arange(mesh.n_edges), unknown))
         self._prolongation = sp.csr_array(entries, shape=(mesh.n_edges, len(first)))
         self._unknown_components = self._components[first]
-        self._gradient = edge_gradient(mesh) @ self._prolongation
+        self._gradient = crouzeix_raviart_gradient(mesh) @ self._prolongation
         self._divergence = (self._gradient.T * -np.repeat(mesh.face_areas, 3)).tocsr()
         S = -(self._divergence @ self._gradient).tocsr()
         self._solver = DirectSolver(S, free_unknowns(self._unknown_components, np.empty(0, dtype=int)))

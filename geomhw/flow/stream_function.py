@@ -4,7 +4,7 @@ import numpy as np
 
 from geomhw.arrays import Floats, Ints
 from geomhw.mesh.triangle_mesh import TriangleMesh
-from geomhw.operators.boundary_loops import loop_prolongation
+from geomhw.operators.boundary_loops import loop_constant_basis
 from geomhw.operators.laplacian import stiffness
 from geomhw.solvers.direct import DirectSolver
 from geomhw.solvers.nullspace import free_unknowns, without_mean
@@ -29,7 +29,7 @@ class StreamFunctionSolver:
     """
 
     def __init__(self, mesh: TriangleMesh) -> None:
-        self._E, representative = loop_prolongation(mesh)
+        self._E, representative = loop_constant_basis(mesh)
         self._components = mesh.components[representative]
         self.n_unknowns = len(representative)
         self.unknown_of: Ints = self._E.indices

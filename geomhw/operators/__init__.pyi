@@ -1,14 +1,14 @@
 from .averaging import faces_to_vertices as faces_to_vertices
 from .averaging import vertices_to_faces as vertices_to_faces
-from .boundary_loops import loop_groups as loop_groups
-from .boundary_loops import loop_prolongation as loop_prolongation
+from .boundary_loops import loop_constant_basis as loop_constant_basis
+from .boundary_loops import loop_representatives as loop_representatives
 from .connection_laplacian import (
     complex_connection_stiffness as complex_connection_stiffness,
 )
 from .connection_laplacian import (
     connection_stiffness as connection_stiffness,
 )
-from .crouzeix_raviart import edge_gradient as edge_gradient
+from .crouzeix_raviart import crouzeix_raviart_gradient as crouzeix_raviart_gradient
 from .curl import curl as curl
 from .curl import curl_of as curl_of
 from .curl import quarter_turn as quarter_turn

@@ -1,4 +1,4 @@
-"""Functions that are constant on each boundary loop: stream functions of flows that stay inside."""
+"""Functions that are constant on each boundary loop: stream functions of flows tangent to the boundary."""
 
 import numpy as np
 import scipy.sparse as sp
@@ -7,24 +7,41 @@ from geomhw.arrays import Ints
 from geomhw.mesh.triangle_mesh import TriangleMesh
 
 
-def loop_groups(mesh: TriangleMesh) -> Ints:
-    """For each vertex, (n,), the vertex that stands for it: itself inside, one vertex for each boundary loop.
+def loop_representatives(mesh: TriangleMesh) -> Ints:
+    """Return a representative vertex of each vertex: one per boundary loop, the vertex itself inside.
 
-    Loops that touch share a vertex and so become one.
+    Loops that share a vertex have one representative.
+
+    Returns
+    -------
+    (n,) integer array: u is constant on each loop if ``u == u[loop_representatives(mesh)]``.
+
+    Examples
+    --------
+    >>> from geomhw.mesh import grid
+    >>> loop_representatives(grid(2, 2)).tolist()
+    [0, 0, 0, 0, 4, 0, 0, 0, 0]
     """
     from scipy.sparse.csgraph import connected_components
 
-    border = mesh.edges[mesh.edge_table.face_counts == 1]
+    boundary = mesh.edges[mesh.edge_table.face_counts == 1]
     n = mesh.n_vertices
-    links = sp.coo_array((np.ones(len(border)), (border[:, 0], border[:, 1])), shape=(n, n))
+    links = sp.coo_array((np.ones(len(boundary)), (boundary[:, 0], boundary[:, 1])), shape=(n, n))
     labels = connected_components(links, directed=False)[1]
     first = np.unique(labels, return_index=True)[1]
     return np.asarray(first[labels])
 
 
-def loop_prolongation(mesh: TriangleMesh) -> tuple[sp.csr_array, Ints]:
-    """0/1 matrix E, (n, k), from one unknown an inner vertex and one a boundary loop to vertices; and (k,) vertices
-    that stand for the unknowns."""
-    stand_in, unknown = np.unique(loop_groups(mesh), return_inverse=True)
+def loop_constant_basis(mesh: TriangleMesh) -> tuple[sp.csr_array, Ints]:
+    """Assemble a basis of the functions that are constant on each boundary loop.
+
+    Returns
+    -------
+    E : (n, k) sparse array of zeros and ones
+        One column per inner vertex and per boundary loop; ``E @ x`` are values at vertices.
+    representatives : (k,) integer array
+        The vertex of each column, as in `loop_representatives`.
+    """
+    representatives, column = np.unique(loop_representatives(mesh), return_inverse=True)
     n = mesh.n_vertices
-    return sp.csr_array((np.ones(n), (np.arange(n), unknown)), shape=(n, len(stand_in))), stand_in
+    return sp.csr_array((np.ones(n), (np.arange(n), column)), shape=(n, len(representatives))), representatives

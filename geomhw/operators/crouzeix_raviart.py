@@ -1,7 +1,11 @@
-"""Functions on edge midpoints (Crouzeix-Raviart): the stream functions of face fields.
+"""Crouzeix-Raviart elements: functions linear on faces and continuous at edge midpoints, one value per edge.
 
-With one value a vertex for the potential and one an edge for the stream function, gradients and turned gradients are
-orthogonal and fill the face fields up to 2g harmonic ones [Polthier, Preuss 2003; Wardetzky, PhD thesis, 2006].
+The basis function of the edge opposite corner k of a face is 1 - 2 φ_k there, for the hat function φ_k. Gradients of
+functions at vertices and quarter turns of gradients of Crouzeix-Raviart functions are orthogonal, and span all face
+fields up to 2g harmonic ones [Polthier, Preuss 2003; Wardetzky 2006].
+
+Polthier, Preuss: Identifying Vector Field Singularities Using a Discrete Hodge Decomposition. Vis. and Math. III, 2003.
+Wardetzky: Discrete Differential Operators on Polyhedral Surfaces. PhD thesis, FU Berlin, 2006.
 """
 
 import numpy as np
@@ -12,17 +16,40 @@ from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.operators.gradient import hat_gradients
 
 
-def edge_gradient(mesh: TriangleMesh) -> sp.csr_array:
-    """Gradient of functions linear on faces and continuous at edge midpoints, (3m, e), units 1/length, per face."""
+def crouzeix_raviart_gradient(mesh: TriangleMesh) -> sp.csr_array:
+    """Assemble the gradient of Crouzeix-Raviart functions.
+
+    Returns
+    -------
+    (3m, e) sparse array, units 1/length, strong. Row 3f+k is component k, in world axes, on face f; columns are edges
+    in the order of ``mesh.edges``.
+
+    Raises
+    ------
+    MeshError
+        If a face has zero area.
+
+    References
+    ----------
+    Polthier, Preuss: Identifying Vector Field Singularities Using a Discrete Hodge Decomposition, 2003.
+
+    Examples
+    --------
+    >>> from geomhw.mesh import grid
+    >>> mesh = grid(4, 4)
+    >>> midpoints = mesh.vertices[mesh.edges].mean(axis=1)
+    >>> (crouzeix_raviart_gradient(mesh) @ midpoints[:, 0]).reshape(-1, 3)[0].round(12) + 0.0
+    array([1., 0., 0.])
+    """
     m = mesh.n_faces
-    values = -2 * hat_gradients(mesh).transpose(0, 2, 1)  # the function of the edge opposite corner k is 1 - 2 φ_k
+    values = -2 * hat_gradients(mesh).transpose(0, 2, 1)
     columns = np.broadcast_to(mesh.edge_table.of_faces[:, None, :], (m, 3, 3))
     starts = np.arange(0, 9 * m + 1, 3)
     return sp.csr_array((values.ravel(), columns.ravel(), starts), shape=(3 * m, mesh.n_edges))
 
 
 def edge_components(mesh: TriangleMesh) -> Ints:
-    """Labels of edges, (e,), the same where one can be reached from the other over faces; vertices join nothing."""
+    """Return a label of each edge, (e,): that of its component, where edges of one face are connected."""
     from scipy.sparse.csgraph import connected_components
 
     table = mesh.edge_table.of_faces
@@ -31,19 +58,16 @@ def edge_components(mesh: TriangleMesh) -> Ints:
     return np.asarray(connected_components(links, directed=False)[1])
 
 
-def loop_edges(mesh: TriangleMesh) -> list[Ints]:
-    """Edges of each boundary loop, as indices into ``mesh.edges``."""
-    keys = mesh.edges[:, 0].astype(np.int64) * mesh.n_vertices + mesh.edges[:, 1]
-    found = []
-    for loop in mesh.boundary_loops:
-        ends = np.roll(loop, -1)
-        wanted = np.minimum(loop, ends).astype(np.int64) * mesh.n_vertices + np.maximum(loop, ends)
-        found.append(np.searchsorted(keys, wanted))
-    return found
+def boundary_loop_edges(mesh: TriangleMesh) -> list[Ints]:
+    """Return the edges of each boundary loop, as indices into ``mesh.edges``."""
+    n = mesh.n_vertices
+    keys = mesh.edges[:, 0].astype(np.int64) * n + mesh.edges[:, 1]
+    ends = ((loop.astype(np.int64), np.roll(loop, -1)) for loop in mesh.boundary_loops)
+    return [np.searchsorted(keys, np.minimum(i, j) * n + np.maximum(i, j)) for i, j in ends]
 
 
 def edges_to_vertices(mesh: TriangleMesh, values: Floats) -> Floats:
-    """Mean over the edges round each vertex, (n,); zero on a vertex without edges."""
+    """Return the mean of edge values, (e,), over the edges at each vertex, (n,); zero at a vertex without edges."""
     ends = mesh.edges.ravel()
     counts = np.bincount(ends, minlength=mesh.n_vertices)
     sums = np.bincount(ends, weights=np.repeat(values, 2), minlength=mesh.n_vertices)

@@ -1,4 +1,8 @@
-"""Tangent fields as operators on functions: the directional derivative [OATVF]."""
+"""The directional derivative of functions along a tangent field, as an operator [OATVF].
+
+On faces D_V^F = diag(V) G (eq. 5), (D_V^F f)_F = V_F · (∇f)_F; at vertices D_V = P D_V^F (eq. 7), where P takes the
+area-weighted mean over the faces at a vertex.
+"""
 
 from copy import copy
 
@@ -11,9 +15,24 @@ from geomhw.operators.gradient import hat_gradients
 
 
 def face_derivative(mesh: TriangleMesh, field: Floats) -> sp.csr_array:
-    """D_V^F, (m, n), units of V/length, strong: f on vertices to V·∇f on faces [OATVF, eq. 5].
+    """Assemble D_V^F, from functions at vertices to V · ∇f on faces.
 
-    field: V, (m, 3), any normal part has no effect. D_V^F of a constant is zero.
+    Parameters
+    ----------
+    field : V, (m, 3), one vector per face in world axes; a normal part has no effect.
+
+    Returns
+    -------
+    (m, n) sparse array, units of V/length, strong. Rows sum to zero.
+
+    Raises
+    ------
+    MeshError
+        If a face has zero area.
+
+    References
+    ----------
+    [OATVF, eq. 5]
     """
     m = mesh.n_faces
     values = np.einsum("fx,fkx->fk", field, hat_gradients(mesh))
@@ -21,17 +40,47 @@ def face_derivative(mesh: TriangleMesh, field: Floats) -> sp.csr_array:
 
 
 def directional_derivative(mesh: TriangleMesh, field: Floats) -> sp.csr_array:
-    """D_V = P D_V^F, (n, n), units of V/length, strong: f to V·∇f, on vertices [OATVF, eq. 7].
+    """Assemble D_V = P D_V^F, from functions at vertices to V · ∇f at vertices.
 
     For many fields on one mesh keep a `DirectionalDerivative`.
+
+    Parameters
+    ----------
+    field : V, (m, 3), as in `face_derivative`.
+
+    Returns
+    -------
+    (n, n) sparse array, units of V/length, strong. Rows sum to zero.
+
+    Raises
+    ------
+    MeshError
+        If a face has zero area.
+
+    References
+    ----------
+    [OATVF, eq. 7]
+
+    Examples
+    --------
+    >>> from geomhw.mesh import grid
+    >>> mesh = grid(4, 4)
+    >>> D = directional_derivative(mesh, np.tile([2.0, 0.0, 0.0], (mesh.n_faces, 1)))
+    >>> (D @ mesh.vertices[:, 0])[:3].round(12)
+    array([2., 2., 2.])
     """
     return DirectionalDerivative(mesh)(field)
 
 
 class DirectionalDerivative:
-    """D_V on one mesh for many fields: the pattern is found once, and a call makes nothing but values.
+    """D_V on one mesh for many fields: finds the sparsity pattern once, and computes only values in a call.
 
-    Every matrix that a call returns shares its index arrays with the others.
+    All matrices share their index arrays.
+
+    Raises
+    ------
+    MeshError
+        If a face has zero area.
     """
 
     def __init__(self, mesh: TriangleMesh) -> None:
@@ -46,25 +95,31 @@ class DirectionalDerivative:
         starts = np.searchsorted(self._rows, np.arange(n + 1)).astype(np.int32)
         columns = (pattern % n).astype(np.int32)
         self._pattern = sp.csr_array((np.zeros(len(pattern)), columns, starts), shape=(n, n))
-        # From the flux of each corner to the entries that it is part of, in the rows of all corners of its face.
+        # Adds the flux of each corner to the entries in its column and the rows of all corners of its face.
         corners = np.broadcast_to(np.arange(faces.size).reshape(-1, 1, 3), keys.shape).ravel()
         parts = (np.ones(corners.size), (slots.ravel(), corners))
         self._entries = sp.coo_array(parts, shape=(len(pattern), faces.size)).tocsr()
 
     def weak(self, field: Floats) -> sp.csr_array:
-        """M D_V, (n, n), units of V times length: entry ij is the integral of φ_i V·∇φ_j with φ_i averaged per face."""
+        """Return M D_V for a field V, (m, 3).
+
+        Returns
+        -------
+        (n, n) sparse array, units of V times length, integrated: entry (i, j) is the sum of A/3 V · ∇φ_j over the faces
+        at vertex i, with areas A.
+        """
         flux = self._thirds[:, None] * np.einsum("fx,fkx->fk", field, self._hats)
         return filled(self._pattern, self._entries @ flux.ravel())
 
     def __call__(self, field: Floats) -> sp.csr_array:
-        """D_V, (n, n), strong, for a face field (m, 3); rows of vertices without faces are zero."""
+        """Return D_V, (n, n), strong, for a field V, (m, 3); rows of vertices without faces are zero."""
         D = self.weak(field)
         D.data *= self._inverse_mass[self._rows]
         return D
 
 
 def filled(pattern: sp.csr_array, values: Floats) -> sp.csr_array:
-    """A matrix with the entries of another and other values: index arrays are shared and not looked at again."""
+    """Return a matrix with the index arrays of another, shared and not checked again, and other values."""
     matrix = copy(pattern)
     matrix.data = values
     return matrix

@@ -1,4 +1,4 @@
-"""Matrices with an entry for each edge."""
+"""Assembly of symmetric and Hermitian matrices with one entry per edge."""
 
 from typing import Any
 
@@ -10,18 +10,22 @@ from geomhw.arrays import Floats, Ints, scatter_add
 
 
 def edge_matrix(edges: Ints, values: NDArray[Any], diagonal: Floats) -> sp.csr_array:
-    """Hermitian matrix, (n, n), with the values, (e,), at edges (i, j), conjugates at (j, i), and a diagonal, (n,).
+    """Assemble a Hermitian matrix, (n, n), from values at edges and a diagonal.
 
-    Where two edges join the same vertices, or one a vertex to itself, entries are sums.
+    Parameters
+    ----------
+    edges : (e, 2) integer array of rows and columns (i, j). Values of edges between the same vertices add up.
+    values : (e,) array; its conjugates are the entries (j, i).
+    diagonal : (n,) array.
     """
     n = len(diagonal)
-    every = np.arange(n, dtype=edges.dtype)
-    places = np.concatenate([every, edges[:, 0]]), np.concatenate([every, edges[:, 1]])
-    upper = sp.coo_array((np.concatenate([diagonal / 2, values]), places), shape=(n, n)).tocsr()
-    return upper + upper.conj(copy=False).T.tocsr()
+    vertices = np.arange(n, dtype=edges.dtype)
+    places = np.concatenate([vertices, edges[:, 0]]), np.concatenate([vertices, edges[:, 1]])
+    half = sp.coo_array((np.concatenate([diagonal / 2, values]), places), shape=(n, n)).tocsr()
+    return half + half.conj(copy=False).T.tocsr()
 
 
 def weight_sums(edges: Ints, weights: Floats, size: int) -> Floats:
-    """Sum of the weights of edges, (e,), at both of their ends, (size,)."""
+    """Return the sum of the weights, (e,), of the edges at each vertex, (size,)."""
     i, j = edges.T
     return scatter_add(weights, i, size) + scatter_add(weights, j, size)

@@ -12,7 +12,7 @@ from geomhw.mesh.primitives import grid, icosphere
 from geomhw.mesh.topology import edge_graph
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.operators.averaging import faces_to_vertices, vertices_to_faces
-from geomhw.operators.crouzeix_raviart import edge_gradient
+from geomhw.operators.crouzeix_raviart import crouzeix_raviart_gradient
 from geomhw.operators.directional_derivative import directional_derivative, face_derivative
 from geomhw.operators.divergence import divergence, divergence_of
 from geomhw.operators.edge_matrix import edge_matrix, weight_sums
@@ -118,7 +118,7 @@ def test_directional_derivative(mesh: TriangleMesh) -> None:
 def test_edge_functions_fill_what_gradients_leave(closed_mesh: tuple[TriangleMesh, int]) -> None:
     """Rotated edge gradients are orthogonal to gradients; both leave a space of dimension 2g."""
     mesh, genus = closed_mesh
-    G, E = gradient(mesh), edge_gradient(mesh)
+    G, E = gradient(mesh), crouzeix_raviart_gradient(mesh)
     area = np.repeat(mesh.face_areas, 3)
     turned = sp.block_diag([sp.csr_array(np.cross(np.eye(3), n).T) for n in mesh.face_normals]).tocsr() @ E
     cross = G.T @ sp.diags_array(area) @ turned

@@ -20,7 +20,7 @@ from geomhw.mesh.hilbert_curve import hilbert_keys
 from geomhw.mesh.primitives import icosphere, moebius_band
 from geomhw.mesh.sampling import area_samples, points_on, spread_samples
 from geomhw.mesh.triangle_mesh import TriangleMesh
-from geomhw.operators.boundary_loops import loop_groups
+from geomhw.operators.boundary_loops import loop_representatives
 from geomhw.operators.gradient import gradient
 from support.exact import Z
 from support.meshes import CLOSED, ZOO, crumpled, zoo_mesh
@@ -33,7 +33,7 @@ MESHES = pytest.mark.parametrize("name", ZOO)
 
 def stream_flow(mesh: TriangleMesh, seed: int = 0) -> tuple[np.ndarray, np.ndarray]:
     """Return a random ψ, constant on boundary loops, and n × ∇ψ."""
-    psi = np.random.default_rng(seed).normal(size=mesh.n_vertices)[loop_groups(mesh)]
+    psi = np.random.default_rng(seed).normal(size=mesh.n_vertices)[loop_representatives(mesh)]
     return psi, np.cross(mesh.face_normals, (gradient(mesh) @ psi).reshape(-1, 3))
 
 
