@@ -1,9 +1,13 @@
-"""Clamp functions to the edge-path distance from a vertex without a full Dijkstra run each.
+"""Clamp many functions to the edge-path distance from a vertex without a Dijkstra run each.
 
-A function φ with φ = 0 at the source exceeds the length of an edge path only where it climbs faster than the path gets
-longer. Let q(φ) be the largest share of a climb through the level φ that exceeds the length of its edge. Beyond a
-vertex of level φ, no path gains more on the function than the integral of q over the levels above. So Dijkstra's
-algorithm only visits vertices whose path is ahead of φ by less than that: one in a hundred on a regular mesh.
+Let φ = 0 at the source, and q(s) the largest share (Δφ - ℓ)/Δφ by which φ rises more than the length ℓ of an edge,
+over edges through the level s. Along a path from a vertex i to another one, φ - length rises by at most
+
+    gain(φ_i) = ∫ q(s) ds,  over s > φ_i.
+
+So a path that is longer than φ_i by more than gain(φ_i) at i clamps no vertex further on. The search visits the other
+vertices only: one in a hundred on a regular mesh. Own code, because scipy's Dijkstra visits all: 10 ms per source on a
+scan of 43,243 vertices, against 5 ms here, and 5 ms for the heat method itself in a block.
 """
 
 import numpy as np
@@ -20,7 +24,7 @@ LEVELS = 64
 
 
 class EdgePathBound:
-    """The smaller of functions on one surface and the edge-path distance from a vertex to each."""
+    """Clamp functions on one surface to edge-path distances."""
 
     def __init__(self, surface: PolyhedralSurface) -> None:
         both_ways = np.concatenate([surface.edges, surface.edges[:, ::-1]]).astype(np.int64)
@@ -28,7 +32,7 @@ class EdgePathBound:
         self._graph = graph.indptr, graph.indices, graph.data
 
     def __call__(self, phi: Floats, sources: Ints) -> None:
-        """Clamp φ, (n, k), in place, to the edge-path distance from the source of its column, (k,), where φ is 0."""
+        """Clamp φ, (n, k), in place, to the edge-path distance from the source vertex of its column, where φ is 0."""
         columns = np.ascontiguousarray(phi.T)
         for function, source in zip(columns, np.asarray(sources), strict=True):
             _clamp(*self._graph, function, source)
@@ -37,24 +41,24 @@ class EdgePathBound:
 
 @compiled
 def _clamp(indptr: Ints, indices: Ints, lengths: Floats, phi: Floats, source: int) -> None:
-    """Clamp one function, (n,), in place, where it is 0 at the source."""
+    """Clamp one function, (n,), in place: a label-correcting search in the order of φ."""
     lowest, width, gains = _gains(indptr, indices, lengths, phi)
     if gains[0] <= 0.0:
         return
     order, rank = _bucket_order(phi)
-    path, waiting = np.full(len(phi), np.inf), np.zeros(len(phi), dtype=np.bool_)
-    path[source], waiting[source] = 0.0, True
-    # φ is nearly the path length: in its order, nearly each vertex is final when its turn comes.
+    path, pending = np.full(len(phi), np.inf), np.zeros(len(phi), dtype=np.bool_)
+    path[source], pending[source] = 0.0, True
+    # φ is close to the path length: most vertices are final when the search comes to them in the order of φ.
     again = True
     while again:
         again = False
         for i in order:
-            if waiting[i]:
-                waiting[i] = False
+            if pending[i]:
+                pending[i] = False
                 for p in range(indptr[i], indptr[i + 1]):
                     j, length = np.uintp(indices[p]), path[i] + lengths[p]
                     if length < path[j] and length - phi[j] < gains[np.uintp((phi[j] - lowest) / width)]:
-                        path[j], waiting[j] = length, True
+                        path[j], pending[j] = length, True
                         again = again or rank[j] <= rank[i]
     for i in range(len(phi)):
         phi[i] = min(phi[i], path[i])
@@ -62,7 +66,7 @@ def _clamp(indptr: Ints, indices: Ints, lengths: Floats, phi: Floats, source: in
 
 @compiled
 def _bucket_order(values: Floats) -> tuple[Ints, Ints]:
-    """Indices by ascending value up to the width of a bucket, and the place of each index in that order."""
+    """Indices in ascending order of values, up to the width of a bucket, and the rank of each index."""
     n = len(values)
     lowest, highest = values.min(), values.max()
     scale = n / (highest - lowest) if highest > lowest else 0.0
@@ -81,7 +85,7 @@ def _bucket_order(values: Floats) -> tuple[Ints, Ints]:
 
 @compiled
 def _gains(indptr: Ints, indices: Ints, lengths: Floats, phi: Floats) -> tuple[float, float, Floats]:
-    """The least value, the width of a level, and by level the most that a path gains on φ from there on."""
+    """The least φ, the width of a level, and gain(φ) by level."""
     gains = np.zeros(LEVELS + 2)
     lowest, highest = phi.min(), phi.max()
     rounding = ROUNDING * max(highest, -lowest)
@@ -90,7 +94,7 @@ def _gains(indptr: Ints, indices: Ints, lengths: Floats, phi: Floats) -> tuple[f
         for p in range(indptr[i], indptr[i + 1]):
             climb = phi[indices[p]] - phi[i]
             if climb - lengths[p] > rounding:
-                width = max(width, climb)  # so that a climb reaches two levels at most
+                width = max(width, climb)  # so that an edge lies in at most two levels
     if not width > 0.0:
         return lowest, 1.0, gains
     for i in range(len(phi)):

@@ -1,4 +1,9 @@
-"""Distances from many vertices, in blocks: the steps of the heat method on all columns of a block at once."""
+"""The heat method for blocks of source vertices [GIH, algorithm 1]: each step on all columns of a block at once.
+
+With A = M + tS and S factored, a block U of heats, (n, k), solves A U = I; one pass over the faces turns it into
+Div X, (n, k), of X = -∇u/|∇u|; and the distances solve S Φ = -Div X. The gradient and divergence of a block are a
+compiled loop, because arrays of (m, 3, k) would not fit into the cache.
+"""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,10 +20,14 @@ from geomhw.mesh.triangle_mesh import TriangleMesh
 
 
 class ManySources:
-    """Answers blocks of source vertices on one surface by factored systems.
+    """Distances from blocks of source vertices on one surface, by factored systems.
 
-    mesh: in space. surface: the mesh or a triangulation of it. step, poisson: the systems of the heat method there.
-    bound: whether to clamp distances.
+    Parameters
+    ----------
+    mesh : the mesh in space.
+    surface : the mesh, or an intrinsic triangulation of it.
+    step, poisson : the systems of the heat method on the surface.
+    bound : whether to clamp distances to edge paths and chords.
     """
 
     def __init__(
@@ -29,9 +38,15 @@ class ManySources:
         self._hats = _planar_hat_gradients(surface)
 
     def __call__(self, vertices: Ints) -> tuple[Floats, NDArray[np.bool_]]:
-        """Return distances from k vertices, (n, j), inf on other components, and which j of the vertices have a column.
+        """Return the distances from k vertices.
 
-        The other k - j need scaling or are refused; they are left to `HeatDistance.from_sources`.
+        Returns
+        -------
+        phi : (n, j) array
+            Distances, inf on other components.
+        accurate : (k,) mask
+            The j vertices that have a column. Heat of the others underflows or is zero; `HeatDistance.from_sources`
+            scales or refuses them.
         """
         heat, accurate = self._step.from_vertices(vertices)
         heat, vertices = np.ascontiguousarray(heat[:, accurate]), np.asarray(vertices)[accurate]
@@ -43,16 +58,14 @@ class ManySources:
         return phi, accurate
 
     def _unit_field_divergence(self, heat: Floats) -> Floats:
-        """Div X of X = -∇u/|∇u|, (n, k), zero on faces where u is constant."""
+        """Div X of X = -∇u/|∇u|, (n, k), integrated; X is zero on faces where u is constant."""
         surface, div = self._surface, np.zeros_like(heat)
         areas = surface.face_areas
         _add_divergence(surface.faces, self._hats, areas / surface.sheets, np.sqrt(areas), heat, div)
         return div
 
     def _bound(self, phi: Floats, vertices: Ints) -> None:
-        """Clamp φ, (n, k), in place, to edge paths from above and, where it is not positive, to the chord from
-        below.
-        """
+        """Clamp φ, (n, k), in place, to edge paths from above and, where not positive, to the chord from below."""
         points = self._mesh.vertices
         reached = np.isfinite(phi)
         phi[~reached] = 0.0
@@ -65,7 +78,7 @@ class ManySources:
 
 
 def _planar_hat_gradients(surface: PolyhedralSurface) -> Floats:
-    """Gradients of the corners' hat functions in the plane of each face, (m, 3, 2)."""
+    """Gradients of the corners' hat functions in an orthonormal frame of each face, (m, 3, 2)."""
     first = unit(surface.opposite_edges[:, 0])
     second = np.cross(surface.face_normals, first)
     x = -np.einsum("fkx,fx->fk", surface.opposite_edges, second)
@@ -75,9 +88,7 @@ def _planar_hat_gradients(surface: PolyhedralSurface) -> Floats:
 
 @compiled
 def _add_divergence(faces: Ints, hats: Floats, areas: Floats, sizes: Floats, u: Floats, div: Floats) -> None:
-    """Add the integrated divergence of -∇u/|∇u| to div, (n, k), for heat u, (n, k), scaled to order one on each
-    face.
-    """
+    """Add the integrated divergence of -∇u/|∇u| to div, (n, k); u, (n, k), is scaled to order one on each face."""
     for f in range(len(faces)):
         a, b, c = np.uintp(faces[f, 0]), np.uintp(faces[f, 1]), np.uintp(faces[f, 2])
         ax, bx, cx = hats[f, 0, 0], hats[f, 1, 0], hats[f, 2, 0]

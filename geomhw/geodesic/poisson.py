@@ -1,4 +1,8 @@
-"""The distance φ whose gradient is closest to the unit field: Sφ = -Div X [GIH, algorithm 1, step III]."""
+"""The function φ whose gradient is closest to the unit field X: S φ = -Div X [GIH, algorithm 1, step III].
+
+φ is determined up to a constant on each component. With one source vertex there, it is shifted to zero at the source;
+otherwise distances known near the sources are Dirichlet conditions.
+"""
 
 from functools import cached_property
 
@@ -15,9 +19,12 @@ from geomhw.solvers.nullspace import free_unknowns, without_mean
 
 
 class DistancePoisson:
-    """Solves Sφ = -Div X on one surface, with φ right at the sources; factors on first use.
+    """Solve S φ = -Div X on one surface; factors on first use.
 
-    mesh: in space. step: the heat step on the mesh or a triangulation of it, whose stiffness is used.
+    Parameters
+    ----------
+    mesh : the mesh in space.
+    step : the heat step on the mesh or an intrinsic triangulation of it; it provides S.
     """
 
     def __init__(self, mesh: TriangleMesh, step: HeatStep) -> None:
@@ -25,7 +32,7 @@ class DistancePoisson:
 
     @cached_property
     def solve(self) -> LaplaceSolver:
-        """The solver with one vertex of each component held at zero."""
+        """The solver for S with one vertex of each component held at zero."""
         return LaplaceSolver(self._step.stiffness, self._free, self._step.solver, self._step.solves)
 
     @cached_property
@@ -33,30 +40,38 @@ class DistancePoisson:
         return free_unknowns(self._mesh.components, self._mesh.unreferenced_vertices)
 
     def __call__(self, div: Floats, sources: SurfacePoints, known: Floats, heat: LogValues) -> Floats:
-        """Return φ, (n,), from Div X, (n,); inf on components without a source.
+        """Return φ, (n,); inf on components without a source.
 
-        known: (n,), distances to be met, inf elsewhere. With one source vertex on each component the solution is
-        shifted to zero there; otherwise the known distances are boundary conditions.
+        Parameters
+        ----------
+        div : Div X, (n,), integrated.
+        known : (n,) array of distances for Dirichlet conditions, inf elsewhere, as in `known_distances`.
+        heat : u, from which an iteration starts.
         """
         components = self._mesh.components
         of_sources = components[sources.corners[:, 0]]
         reached = np.isin(components, of_sources)
         if len(np.unique(of_sources)) == len(sources) == len(sources.vertices):
-            # Heat falls about as exp(-φ/√t): Varadhan, On the behavior of the fundamental solution, 1967.
+            # -√t log u tends to φ: Varadhan, On the behavior of the fundamental solution of the heat equation, 1967.
             guess = np.where(np.isfinite(heat.log), -np.sqrt(self._step.time.t) * heat.log, 0.0)
             self._shift(guess, np.flatnonzero(~self._free))
             phi = self.solve(without_mean(-div, components), guess)
             self._shift(phi, sources.vertices)
             phi[sources.vertices] = 0.0
         else:
-            phi = self._held(div, known, reached)
+            phi = self._with_known(div, known, reached)
         phi[~reached] = np.inf
         return phi
 
     def from_vertices(self, div: Floats, vertices: Ints) -> Floats:
-        """Return φ, (n, k), from Div X, (n, k), of k unit fields that each start at one vertex, (k,).
+        """Return φ, (n, k), inf on other components, for k unit fields with one source vertex each.
 
-        inf on other components. Only where the system is factored.
+        The system has to be factored.
+
+        Parameters
+        ----------
+        div : Div X, (n, k), integrated.
+        vertices : (k,) array of source vertices.
         """
         assert self.solve.factored
         components, columns = self._mesh.components, np.arange(len(vertices))
@@ -67,15 +82,15 @@ class DistancePoisson:
             phi[components[:, None] != components[vertices]] = np.inf
         return phi
 
-    def _held(self, div: Floats, known: Floats, reached: NDArray[np.bool_]) -> Floats:
-        """φ that takes the known distances; zero on components without a source."""
+    def _with_known(self, div: Floats, known: Floats, reached: NDArray[np.bool_]) -> Floats:
+        """φ with the known distances as Dirichlet conditions; zero on components without a source."""
         S, held = self._step.stiffness, np.flatnonzero(np.isfinite(known))
         phi = np.where(np.isfinite(known), known, 0.0)
         free = free_unknowns(self._mesh.components, self._mesh.unreferenced_vertices, held=held) & reached
         return np.asarray(phi + LaplaceSolver(S, free, self._step.solver)(-div - S @ phi))
 
     def _shift(self, values: Floats, vertices: Ints) -> None:
-        """Shift values, (n,), in place, so as to be zero at these vertices, one per component."""
+        """Shift values, (n,), in place, to zero at vertices, at most one per component."""
         mesh = self._mesh
         zero = np.zeros(mesh.n_components + len(mesh.unreferenced_vertices))
         zero[mesh.components[vertices]] = values[vertices]

@@ -1,8 +1,8 @@
-"""What is known at several sources, or at one within a face, before any system is solved.
+"""Several sources, or sources inside faces: their heat, and the distances that are known near them.
 
-One source at a vertex needs none of this: its heat spreads as it likes, and distance is shifted to zero there. Several
-must be equally warm, or a curve of them would shed heat askew, and distance has to be right at each [GIH, sec. 2.4 has
-both as boundary conditions].
+One source vertex needs neither: it starts with unit heat, and the distance is shifted to zero there. Several source
+vertices are equally warm, (M + tS) u = u0 with u = const at the sources; from a curve of unequal sources heat would
+flow askew. Known distances are Dirichlet conditions of the Poisson problem [GIH, sec. 2.4].
 """
 
 import numpy as np
@@ -15,80 +15,82 @@ from geomhw.mesh.topology import counting_order
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.solvers.auto import LaplaceSolver
 
+#: Distances up to this share longer than the chord are equal to it up to rounding.
+ROUNDING = 1e-9
 
-def source_heat(flow: HeatStep, sources: SurfacePoints) -> Floats:
-    """Heat to start with, (n,), integrated: one at a single vertex, shared by the corners for a point within a face.
 
-    Several vertices get one each on average, in such shares that (M + tS) u makes them all equally warm.
+def source_heat(step: HeatStep, sources: SurfacePoints) -> Floats:
+    """Return the initial heat u0, (n,), integrated.
+
+    A single vertex has 1; a point inside a face gives its corners their barycentric coordinates. Several vertices have
+    a mean of 1, in the shares that make them equally warm after the step.
     """
-    n, vertices = flow.mesh.n_vertices, sources.vertices
-    impulse = sources.impulse(n)
-    if len(np.unique(flow.mesh.components[vertices])) == len(vertices):
-        return impulse
-    held, A = np.zeros(n), flow.matrix
-    held[vertices] = 1.0
-    with np.errstate(under="ignore"):
-        u = held + LaplaceSolver(A, flow.surface & (held == 0), flow.solver)(-(A @ held))
+    n, vertices = step.mesh.n_vertices, sources.vertices
+    if len(np.unique(step.mesh.components[vertices])) == len(vertices):
+        return sources.impulse(n)
+    at_sources, A = np.zeros(n), step.matrix
+    at_sources[vertices] = 1.0
+    with np.errstate(under="ignore"):  # u = 1 at the sources, and (M + tS) u = 0 elsewhere
+        u = at_sources + LaplaceSolver(A, step.surface & (at_sources == 0), step.solver)(-(A @ at_sources))
     shares = (A @ u)[vertices]
-    impulse = sources.within_faces.impulse(n)
-    impulse[vertices] += shares / shares.mean()
-    return impulse
+    u0 = sources.within_faces.impulse(n)
+    u0[vertices] += shares / shares.mean()
+    return u0
 
 
 def known_distances(mesh: TriangleMesh, sources: SurfacePoints) -> Floats:
-    """Distances that are known, (n,), inf elsewhere: 0 at source vertices, and straight lines to the corners of the
-    faces that hold a source; but not where another source is nearer as the crow flies, for there it may be shorter."""
+    """Return distances near the sources, (n,), inf where unknown.
+
+    They are 0 at source vertices, and straight lines to the corners of the faces that contain a source. Where another
+    source is nearer in space, the distance on the surface may be shorter too, and is unknown.
+    """
     distance = np.full(mesh.n_vertices, np.inf)
     if len(sources.vertices) == len(sources):
         distance[sources.vertices] = 0.0
         return distance
-    face, place = _holding(mesh, sources.within_faces)
-    corners = mesh.faces[face]
-    straight = np.linalg.norm(mesh.vertices[corners] - place[:, None], axis=2)
-    np.minimum.at(distance, corners, straight)
+    faces, positions = _containing_faces(mesh, sources.within_faces)
+    corners = mesh.faces[faces]
+    np.minimum.at(distance, corners, np.linalg.norm(mesh.vertices[corners] - positions[:, None], axis=2))
     distance[sources.vertices] = 0.0
-    for start, end in (mesh.edges.T, mesh.edges.T[::-1]):  # a source vertex may be nearer, along an edge
-        beside = (distance[start] == 0) & np.isfinite(distance[end])
-        np.minimum.at(distance, end[beside], mesh.edge_lengths[beside])
-    held = np.flatnonzero(np.isfinite(distance))
-    chord = _chords(mesh, sources, held)
-    known = distance[held] <= chord * (1 + 1e-9)
-    # At least one vertex a component must be held: the one nearest to a source.
-    ascending = held[np.argsort(distance[held], kind="stable")]
-    known |= np.isin(held, ascending[np.unique(mesh.components[ascending], return_index=True)[1]])
-    distance[held[~known]] = np.inf
+    for start, end in (mesh.edges.T, mesh.edges.T[::-1]):  # along an edge from a source vertex
+        candidate = (distance[start] == 0) & np.isfinite(distance[end])
+        np.minimum.at(distance, end[candidate], mesh.edge_lengths[candidate])
+    finite = np.flatnonzero(np.isfinite(distance))
+    known = distance[finite] <= _chords(mesh, sources, finite) * (1 + ROUNDING)
+    # The Poisson problem needs one known distance per component: that of the vertex nearest to a source.
+    ascending = finite[np.argsort(distance[finite], kind="stable")]
+    known |= np.isin(finite, ascending[np.unique(mesh.components[ascending], return_index=True)[1]])
+    distance[finite[~known]] = np.inf
     return distance
 
 
 def chord_to_nearest(mesh: TriangleMesh, sources: SurfacePoints, vertices: Ints | slice = slice(None)) -> Floats:
-    """Straight through space from these vertices to the nearest source, (k,): no path on the surface is shorter."""
-    places = sources.positions(mesh)
-    if len(places) == 1:
-        return lengths(np.subtract(mesh.vertices[vertices].T, places.T, order="C").T)
+    """Return the distance in space from vertices to the nearest source, (k,), a lower bound on geodesic distance."""
+    positions = sources.positions(mesh)
+    if len(positions) == 1:
+        return lengths(np.subtract(mesh.vertices[vertices].T, positions.T, order="C").T)
     from scipy.spatial import KDTree
 
-    return np.asarray(KDTree(places).query(mesh.vertices[vertices])[0])
+    return np.asarray(KDTree(positions).query(mesh.vertices[vertices])[0])
 
 
 def _chords(mesh: TriangleMesh, sources: SurfacePoints, vertices: Ints) -> Floats:
     """The chord from each vertex to the nearest source of its component, (k,)."""
-    if not len(sources.within_faces):
-        return np.zeros(len(vertices))
     chords = np.full(len(vertices), np.inf)
-    owner, label = mesh.components[sources.corners[:, 0]], mesh.components[vertices]
-    for component in np.unique(label):  # those with a source
-        of = label == component
-        chords[of] = chord_to_nearest(mesh, sources[owner == component], vertices[of])
+    of_sources, of_vertices = mesh.components[sources.corners[:, 0]], mesh.components[vertices]
+    for component in np.unique(of_vertices):  # each has a source
+        here = of_vertices == component
+        chords[here] = chord_to_nearest(mesh, sources[of_sources == component], vertices[here])
     return chords
 
 
-def _holding(mesh: TriangleMesh, points: SurfacePoints) -> tuple[Ints, Floats]:
-    """Every face that holds one of the points, and that point, (k, 3): its own face, on an edge its neighbors too."""
-    place, edges = points.positions(mesh), mesh.edge_table
+def _containing_faces(mesh: TriangleMesh, points: SurfacePoints) -> tuple[Ints, Floats]:
+    """Faces that contain a point, all at its edge for one on an edge, and the positions of the points, (k, 3)."""
+    positions, edges = points.positions(mesh), mesh.edge_table
     on_edge = np.flatnonzero((points.weights == 0).any(axis=1))
     edge = edges.of_faces[points.faces[on_edge], np.argmin(points.weights[on_edge], axis=1)]
     by_edge = counting_order(edges.of_faces.ravel()) // 3
     ends = np.cumsum(edges.face_counts)
-    round_edge = [by_edge[ends[e] - edges.face_counts[e] : ends[e]] for e in edge]
-    again = np.repeat(place[on_edge], edges.face_counts[edge], axis=0)
-    return np.concatenate([points.faces, *round_edge]), np.concatenate([place, again])
+    at_edges = [by_edge[ends[e] - edges.face_counts[e] : ends[e]] for e in edge]
+    repeated = np.repeat(positions[on_edge], edges.face_counts[edge], axis=0)
+    return np.concatenate([points.faces, *at_edges]), np.concatenate([positions, repeated])

@@ -8,15 +8,24 @@ from geomhw.mesh.polyhedral import PolyhedralSurface
 from geomhw.operators.gradient import corner_gradients
 from geomhw.solvers.log_scaled import LogValues
 
-#: Heat that differs by less than this share of itself over a face has no direction there: the rest is rounding.
+#: Where u, scaled to a maximum of one, has |∇u| √A below this on a face of area A, it is constant up to rounding.
 LEVEL = 1e-9
 
 
 def unit_field(surface: PolyhedralSurface, heat: LogValues, sources: Ints) -> tuple[Floats, Floats]:
-    """Return ∇u and X = -∇u/|∇u| per face, (m, 3) each, from heat at vertices in logarithms.
+    """Compute ∇u and X = -∇u/|∇u| per face; u is scaled to order one on each face, since only the direction matters.
 
-    Since only the direction of ∇u matters, u is scaled face by face to order one. X is zero where u is constant up to
-    rounding, and on faces whose three corners are source vertices.
+    Parameters
+    ----------
+    heat : u at vertices.
+    sources : source vertices.
+
+    Returns
+    -------
+    gradient : (m, 3) array
+        ∇u, which underflows far from the sources.
+    X : (m, 3) array
+        Unit vectors; zero where u is constant up to rounding, and on faces with three source vertices.
     """
     is_source = np.zeros(surface.n_vertices, dtype=bool)
     is_source[sources] = True
@@ -31,7 +40,7 @@ def unit_field(surface: PolyhedralSurface, heat: LogValues, sources: Ints) -> tu
 
 
 def _scaled_gradients(surface: PolyhedralSurface, faces: slice, heat: LogValues) -> tuple[Floats, Floats]:
-    """exp(-s) ∇u on the faces of a slice, (k, 3), and s, (k,): the largest logarithm of u at the corners."""
+    """exp(-s) ∇u on the faces of a slice, (k, 3), and s, (k,), the largest log|u| at the corners."""
     corners = at_corners(heat.log, surface.faces[faces])
     a, b, c = corners.T
     largest = np.maximum(np.maximum(a, b), c)
