@@ -123,7 +123,7 @@ def _vectors(mesh: "TriangleMesh", sources: "SurfacePoints", start: dict[str, tu
     import numpy as np
 
     from geomhw.errors import FieldError
-    from geomhw.transport.source_vectors import seeded_angle, source_frames, turned
+    from geomhw.transport.source_vectors import seeded_angle, source_frames, unit_vectors
 
     name, values = next(((name, values) for name, values in start.items() if values), ("seed", (0,)))
     count = len(sources)
@@ -135,4 +135,4 @@ def _vectors(mesh: "TriangleMesh", sources: "SurfacePoints", start: dict[str, tu
     degrees = [seeded_angle(seed) for seed in values] if name == "seed" else values
     if not np.isfinite(degrees).all():
         raise FieldError("an angle is not a finite number of degrees")
-    return turned(source_frames(mesh, sources), degrees)
+    return unit_vectors(source_frames(mesh, sources), degrees)

@@ -24,7 +24,7 @@ from geomhw.options import Connection, SolverName
 from geomhw.results import Field, Result
 from geomhw.solvers.direct import DirectSolver
 from geomhw.solvers.log_scaled import LogValues, in_reach
-from geomhw.transport.source_vectors import seeded_angle, tangent_vectors, turned
+from geomhw.transport.source_vectors import seeded_angle, tangent_vectors, unit_vectors
 from geomhw.transport.tangent_domain import TangentDomain
 
 
@@ -223,7 +223,7 @@ def tangent_at(mesh: TriangleMesh, vertex: int, degrees: float) -> Floats:
 
     The angle is counterclockwise from the first vector of ``mesh.tangent_frames``.
     """
-    return turned(mesh.tangent_frames[vertex], degrees)
+    return unit_vectors(mesh.tangent_frames[vertex], degrees)
 
 
 def transport_over_times(

@@ -11,7 +11,7 @@ from geomhw.mesh.nearest import nearest_on_surface
 from geomhw.mesh.primitives import grid, icosphere, strip
 from geomhw.mesh.surface_points import SurfacePoints, concatenate, face_point, nearest_point, vertex_points
 from geomhw.mesh.triangle_mesh import TriangleMesh
-from geomhw.transport.source_vectors import source_frames, turned
+from geomhw.transport.source_vectors import source_frames, unit_vectors
 from geomhw.transport.vector_heat import VectorHeat
 from support.exact import INSIDE, errors
 from support.meshes import sheared, split_diagonals, zoo_mesh
@@ -217,7 +217,7 @@ def test_vector_within_a_face_of_the_sphere(connection: str) -> None:
     found = []
     for face in (0, 900, 3000):
         point = face_point(mesh, face, INSIDE)
-        vector = turned(source_frames(mesh, point), [70.0])
+        vector = unit_vectors(source_frames(mesh, point), [70.0])
         X = VectorHeat(mesh, "h2", connection).from_sources(point, vector)["transported"]  # type: ignore[arg-type]
         np.testing.assert_allclose(np.linalg.norm(X, axis=1), 1, atol=1e-12)
         start = point.positions(mesh)[0] / np.linalg.norm(point.positions(mesh)[0])
@@ -233,7 +233,7 @@ def test_lengths_at_points_within_faces() -> None:
     mesh = icosphere(4)
     points = [nearest_point(mesh, [0.02, 0.97, 0.05]), nearest_point(mesh, [-0.03, -0.97, 0.01])]
     sources = concatenate(points)
-    vectors = turned(source_frames(mesh, sources), [20.0, 70.0]) * [[1.0], [3.0]]
+    vectors = unit_vectors(source_frames(mesh, sources), [20.0, 70.0]) * [[1.0], [3.0]]
     length = np.linalg.norm(VectorHeat(mesh).from_sources(sources, vectors)["transported"], axis=1)
     height = mesh.vertices[:, 1]
     np.testing.assert_allclose(length[height > 0.5], 1, atol=1e-3)

@@ -16,7 +16,7 @@ from geomhw.mesh.surface_points import (
     vertex_points,
 )
 from geomhw.mesh.triangle_mesh import TriangleMesh
-from geomhw.transport.source_vectors import source_frames, spread_to_corners, turned
+from geomhw.transport.source_vectors import source_frames, spread_to_corners, unit_vectors
 from geomhw.transport.vector_heat import VectorHeat
 from support.exact import INSIDE
 from support.meshes import sheared, two_spheres, zoo_mesh
@@ -216,6 +216,6 @@ def test_shares_keep_their_length() -> None:
     """The share of each corner has the length of its weight."""
     mesh = zoo_mesh("tetrahedron")
     point = face_point(mesh, 2, INSIDE)
-    vector = 2 * turned(source_frames(mesh, point), [25.0])
+    vector = 2 * unit_vectors(source_frames(mesh, point), [25.0])
     shares = spread_to_corners(mesh, point, vector)
     np.testing.assert_allclose(np.abs(shares[mesh.faces[2]]), 2 * np.array(INSIDE), rtol=1e-14)

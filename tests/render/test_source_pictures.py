@@ -21,7 +21,7 @@ from geomhw.render.source_marks import MOST_DISCS, source_marks
 from geomhw.render.vector_pictures import SOURCE_COLOR as ARROW_COLOR
 from geomhw.render.vector_pictures import SOURCE_LENGTH, transport_picture
 from geomhw.render.view import choose_view
-from geomhw.transport.source_vectors import source_frames, turned
+from geomhw.transport.source_vectors import source_frames, unit_vectors
 from geomhw.transport.vector_heat import VectorHeat, transport_over_times
 from support.pictures import ink, needs_opengl
 
@@ -124,7 +124,7 @@ def test_geodesic_picture_has_the_curves() -> None:
 def test_vector_within_a_face_stands_there() -> None:
     """The large arrow of a point within a face is at that point."""
     point = face_point(COARSE, 8, [0.8, 0.1, 0.1])
-    vector = turned(source_frames(COARSE, point), [45.0])
+    vector = unit_vectors(source_frames(COARSE, point), [45.0])
     rows, columns = np.nonzero(ink(transport_picture(transport_over_times(COARSE, point, vector, ["h2"])), ARROW_COLOR))
     assert len(rows) > 500
     assert max(np.ptp(rows), np.ptp(columns)) < 1.15 * SOURCE_LENGTH * PANEL_WIDTH
