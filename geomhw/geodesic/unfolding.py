@@ -97,30 +97,21 @@ class Unfolding:
         distance, radius = np.array(known, dtype=float), np.array(known, dtype=float)
         on_source = (known[self._j] == 0) & (known[self._k] == 0)
         radius[self._j[on_source]] = radius[self._k[on_source]] = np.inf
-        unknown = np.flatnonzero(np.isfinite(guess) & ~np.isfinite(known))
-        band = (guess[unknown] / self._band_width).astype(np.int64)
+        vertices = np.flatnonzero(np.isfinite(guess) & ~np.isfinite(known))
+        band = (guess[vertices] / self._band_width).astype(np.int64)
         order = np.argsort(band, kind="stable")
-        starts = np.searchsorted(band[order], np.arange(band.max(initial=-1) + 2))
-        if not _unfold_bands(self._corners, unknown[order], starts, distance, radius):
-            raise ConvergenceError(
-                "unfolding of distances does not converge; compute with refine=False", "refine=False"
-            )
+        vertices, starts = vertices[order], np.searchsorted(band[order], np.arange(band.max(initial=-1) + 2))
+        # Band by band, each with the one before; then all vertices.
+        parts = [*zip([0, *starts], starts, starts[1:], strict=False), (0, 0, len(vertices))]
+        for first, new, end in parts:
+            if not _unfold(self._corners, vertices[first:end], new - first, distance, radius):
+                raise ConvergenceError("unfolding does not converge; compute with refine=False", "refine=False")
         return distance
 
 
 @compiled
-def _unfold_bands(corners: Any, vertices: Ints, starts: Ints, distance: Floats, radius: Floats) -> bool:
-    """Compute distances and radii in place, band by band with the one before, then of all; whether they converge."""
-    for k in range(len(starts) - 1):
-        first = starts[max(k - 1, 0)]
-        if not _unfold(corners, vertices[first : starts[k + 1]], starts[k] - first, distance, radius):
-            return False
-    return _unfold(corners, vertices, 0, distance, radius)
-
-
-@compiled
 def _unfold(corners: Any, vertices: Ints, new: int, distance: Floats, radius: Floats) -> bool:
-    """Give vertices their shortest candidate, in rounds, until nothing changes; whether that happens.
+    """Give vertices their shortest candidate, in place and in rounds, until nothing changes; whether that happens.
 
     The first round takes the vertices from ``new`` on, and each other one those beside a change.
     """
