@@ -38,8 +38,8 @@ if TYPE_CHECKING:
 LEAST_CHORD_SHARE = 0.5
 #: Distances longer than an edge path by a smaller share are equal to it up to rounding.
 ROUNDING = 1e-12
-#: Sources in a block at most, and numbers in an array of a block: 128 MB.
-BLOCK, LARGEST_BLOCK = 64, 1 << 24
+#: Sources in a block at most, and numbers in an array of a block: 64 MB.
+BLOCK, LARGEST_BLOCK = 32, 1 << 23
 
 
 def block_size(n: int) -> int:

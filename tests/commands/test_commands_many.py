@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from geomhw.geodesic.heat_method import HeatDistance
+from geomhw.geodesic.heat_method import BLOCK, HeatDistance
 from geomhw.io.artifacts.tables import read_csv
 from geomhw.mesh.primitives import icosphere
 from geomhw.mesh.surface_points import face_point, vertex_points
@@ -123,11 +123,11 @@ def test_a_run_goes_on(command: str, folder: Path, monkeypatch: pytest.MonkeyPat
         answer = run(*command.split())
     assert answer.exit_code == 1
     (line,) = answer.stderr.splitlines()
-    assert not missing(line, "Error: interrupted ... 128 of 208 ... D.partial.npy ... same command")
+    assert not missing(line, f"Error: interrupted ... {2 * BLOCK} of 208 ... D.partial.npy ... same command")
     assert Path(name).read_text() == "old"
     assert set(os.listdir()) - before == {name, "D.partial.npy", "D.partial.json"}
     answer = run(*command.split(), "--json")
-    assert json.loads(answer.stdout)["resumed_after"] == 128
+    assert json.loads(answer.stdout)["resumed_after"] == 2 * BLOCK
     assert Path(name).read_bytes() == whole
     assert set(os.listdir()) - before == {name}
 
@@ -167,7 +167,7 @@ def test_killed(folder: Path) -> None:
     assert killed.returncode == -signal.SIGKILL
     assert sorted(os.listdir()) == ["D.partial.json", "D.partial.npy", "mesh.off"]
     answer = run(*ALL.split(), "--json")
-    assert json.loads(answer.stdout)["resumed_after"] == 192
+    assert json.loads(answer.stdout)["resumed_after"] == 3 * BLOCK
     assert Path("D.npy").read_bytes() == whole
 
 

@@ -74,7 +74,7 @@ def test_no_room_in_the_middle() -> None:
     assert Path("D.npy").read_text() == "old"
     answer = run(*ALL.split(), "--json")
     assert answer.exit_code == 0, answer.stderr
-    assert json.loads(answer.stdout)["resumed_after"] == block_size(MESH.n_vertices)
+    assert json.loads(answer.stdout)["resumed_after"] == 3 * block_size(MESH.n_vertices)
     np.testing.assert_allclose(np.load("D.npy"), expected(), rtol=0, atol=1e-11)
 
 
