@@ -55,7 +55,15 @@ def flow_film(
 
     Examples
     --------
-    >>> frames = list(flow_film(results))  # doctest: +SKIP
+    >>> import numpy as np
+    >>> from geomhw.mesh import icosphere
+    >>> from geomhw.results import Field, Result
+    >>> mesh = icosphere(2)
+    >>> velocity = np.cross([0.0, 0.0, 1.0], mesh.face_centers)
+    >>> arrays = [Field("color", "vertex", mesh.vertices[:, 0]), Field("velocity", "face", velocity)]
+    >>> results = [Result(mesh, [*arrays, Field("time", "mesh", np.array([t]))], {}) for t in (0.0, 0.1)]
+    >>> len(list(flow_film(results, width=120)))
+    2
     """
     mesh = results[0].mesh
     colors = _limits([np.asarray(result["color"]) for result in results])

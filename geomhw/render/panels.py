@@ -45,7 +45,11 @@ class Drawing:
     panels have the given ``width`` and the height that the mesh needs. columns: number of panels in a row; by default
     all are in one row, and those of a wide mesh are stacked and twice as wide.
 
-    >>> with Drawing(mesh, frames[0]) as drawing:  # doctest: +SKIP
+    >>> from geomhw.mesh import icosphere
+    >>> from geomhw.render.layers import Panel, Surface
+    >>> mesh = icosphere(2)
+    >>> frames = [[Panel("height", Surface(k * mesh.vertices[:, 2]))] for k in (1, 2)]
+    >>> with Drawing(mesh, frames[0], width=120) as drawing:
     ...     images = [drawing(panels) for panels in frames]
     """
 

@@ -56,7 +56,7 @@ def geodesic_picture(
     >>> from geomhw.geodesic import HeatDistance
     >>> from geomhw.mesh import icosphere
     >>> result = HeatDistance(icosphere(3)).from_vertices([0])
-    >>> picture = geodesic_picture(result, panels=["distance"])  # doctest: +SKIP
+    >>> picture = geodesic_picture(result, panels=["distance"])
     """
     sources, curves = source_marks(result, SOURCE_COLOR, labels=True)
     points = [replace(marker, label="") for marker in sources]
@@ -140,7 +140,7 @@ def helmholtz_picture(
     >>> from geomhw.mesh import torus
     >>> mesh = torus(24, 12)
     >>> result = HelmholtzDecomposition(mesh)(np.ones((mesh.n_faces, 3)))
-    >>> picture = helmholtz_picture(result)  # doctest: +SKIP
+    >>> picture = helmholtz_picture(result)
     """
     fields = {name: np.asarray(result[name]) for name in ("field", "curl_free", "coexact", "harmonic")}
     lengths = np.linalg.norm(fields["field"], axis=1)

@@ -44,8 +44,13 @@ class Stage:
 
     The frames of a film share a stage and its window.
 
-    >>> with Stage(mesh, (640, 480)) as stage:  # doctest: +SKIP
-    ...     frames = [stage.photograph(Surface(values)) for values in history]
+    >>> from geomhw.mesh import icosphere
+    >>> from geomhw.render.layers import Surface
+    >>> mesh = icosphere(2)
+    >>> with Stage(mesh, (160, 120)) as stage:
+    ...     frames = [stage.photograph(Surface(k * mesh.vertices[:, 2])) for k in (1, 2)]
+    >>> frames[0].shape[2]
+    3
     """
 
     def __init__(

@@ -56,7 +56,7 @@ def transport_picture(
     >>> from geomhw.mesh import icosphere
     >>> from geomhw.transport import VectorHeat
     >>> result = VectorHeat(icosphere(3), "h2").from_vertices([0], [[1, 0, 0]])
-    >>> picture = transport_picture(result)  # doctest: +SKIP
+    >>> picture = transport_picture(result)
     """
     times = np.atleast_1d(np.asarray(result["dt"]))
     names = ["transported"] if len(times) == 1 else [f"transported_{k}" for k in range(len(times))]
