@@ -37,7 +37,7 @@ def transport_picture(
     Parameters
     ----------
     result : Result
-        Of `VectorHeat`, with one or several times.
+        Of `VectorHeat` or `transport_over_times`.
     size, theme, width
         As in `geodesic_picture`.
 
@@ -58,11 +58,11 @@ def transport_picture(
     >>> result = VectorHeat(icosphere(3), "h2").from_vertices([0], [[1, 0, 0]])
     >>> picture = transport_picture(result)
     """
-    times = np.atleast_1d(np.asarray(result["dt"]))
-    names = ["transported"] if len(times) == 1 else [f"transported_{k}" for k in range(len(times))]
+    steps = result.report.get("times") or [result.report["time"]]
+    names = ["transported"] if len(steps) == 1 else [f"transported_{k}" for k in range(len(steps))]
     marks, curves = source_marks(result, SOURCE_COLOR)
     panels = []
-    for name, step in zip(names, result.report["times"], strict=True):
+    for name, step in zip(names, steps, strict=True):
         field = np.asarray(result[name])
         longest = float(np.linalg.norm(field, axis=1).max()) or 1.0
         large = _large_arrows(result, longest)
