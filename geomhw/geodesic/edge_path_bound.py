@@ -30,21 +30,23 @@ class EdgePathBound:
         both_ways = np.concatenate([surface.edges, surface.edges[:, ::-1]]).astype(np.int64)
         graph = edge_graph(both_ways, np.tile(surface.edge_lengths, 2), surface.n_vertices)
         self._graph = graph.indptr, graph.indices, graph.data
+        self._edges = surface.edges, surface.edge_lengths
 
     def __call__(self, phi: Floats, sources: Ints) -> None:
         """Clamp φ, (n, k), in place, to the edge-path distance from the source vertex of its column, where φ is 0."""
         columns = np.ascontiguousarray(phi.T)
         for function, source in zip(columns, np.asarray(sources), strict=True):
-            _clamp(*self._graph, function, source)
+            lowest, width, gains = _gains(*self._edges, function)
+            if gains[0] > 0.0:
+                _clamp(*self._graph, function, source, lowest, width, gains)
         phi[:] = columns.T
 
 
 @compiled
-def _clamp(indptr: Ints, indices: Ints, lengths: Floats, phi: Floats, source: int) -> None:
+def _clamp(
+    indptr: Ints, indices: Ints, lengths: Floats, phi: Floats, source: int, lowest: float, width: float, gains: Floats
+) -> None:
     """Clamp one function, (n,), in place: a label-correcting search in the order of φ."""
-    lowest, width, gains = _gains(indptr, indices, lengths, phi)
-    if gains[0] <= 0.0:
-        return
     order, rank = _bucket_order(phi)
     path, pending = np.full(len(phi), np.inf), np.zeros(len(phi), dtype=np.bool_)
     path[source], pending[source] = 0.0, True
@@ -84,27 +86,25 @@ def _bucket_order(values: Floats) -> tuple[Ints, Ints]:
 
 
 @compiled
-def _gains(indptr: Ints, indices: Ints, lengths: Floats, phi: Floats) -> tuple[float, float, Floats]:
+def _gains(edges: Ints, lengths: Floats, phi: Floats) -> tuple[float, float, Floats]:
     """The least φ, the width of a level, and gain(φ) by level."""
     gains = np.zeros(LEVELS + 2)
     lowest, highest = phi.min(), phi.max()
     rounding = ROUNDING * max(highest, -lowest)
     width = (highest - lowest) / LEVELS
-    for i in range(len(phi)):
-        for p in range(indptr[i], indptr[i + 1]):
-            climb = phi[indices[p]] - phi[i]
-            if climb - lengths[p] > rounding:
-                width = max(width, climb)  # so that an edge lies in at most two levels
-    if not width > 0.0:
-        return lowest, 1.0, gains
-    for i in range(len(phi)):
-        for p in range(indptr[i], indptr[i + 1]):
-            climb = phi[indices[p]] - phi[i]
-            if climb - lengths[p] > rounding:
-                share = 1.0 - lengths[p] / climb
-                for end in (phi[i], phi[indices[p]]):
-                    level = int((end - lowest) / width)
-                    gains[level] = max(gains[level], share)
+    steep, count = np.empty(len(edges), dtype=np.int32), 0
+    for e in range(len(edges)):
+        climb = abs(phi[edges[e, 1]] - phi[edges[e, 0]])
+        if climb - lengths[e] > rounding:
+            width = max(width, climb)  # so that an edge lies in at most two levels
+            steep[count] = e
+            count += 1
+    for e in steep[:count]:
+        i, j = edges[e]
+        share = 1.0 - lengths[e] / abs(phi[j] - phi[i])
+        for end in (phi[i], phi[j]):
+            level = int((end - lowest) / width)
+            gains[level] = max(gains[level], share)
     for level in range(LEVELS, -1, -1):
         gains[level] = gains[level + 1] + gains[level] * width
     return lowest, width, gains

@@ -49,7 +49,8 @@ class ManySources:
             scales or refuses them.
         """
         heat, accurate = self._step.from_vertices(vertices)
-        heat, vertices = np.ascontiguousarray(heat[:, accurate]), np.asarray(vertices)[accurate]
+        if not accurate.all():
+            heat, vertices = np.ascontiguousarray(heat[:, accurate]), np.asarray(vertices)[accurate]
         if not len(vertices):
             return heat, accurate
         phi = self._poisson.from_vertices(self._unit_field_divergence(heat), vertices)

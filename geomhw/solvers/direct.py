@@ -6,6 +6,7 @@ minimum-degree ordering eight times as fast on a subdivided sphere of 40,962 ver
 Own triangular solves for many right-hand sides (`triangular`), because SuperLU takes three times as long for each.
 """
 
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -52,6 +53,7 @@ class SparseLU:
     def __init__(self, matrix: sp.csr_array) -> None:
         self._dtype = np.result_type(matrix.dtype, float)
         self._order: Ints = reverse_cuthill_mckee(sp.csr_array(matrix), symmetric_mode=True)
+        self._rank = np.argsort(self._order)
         try:
             self._lu = splu(
                 permuted(matrix, self._order).tocsc(),
@@ -77,13 +79,19 @@ class SparseLU:
         """Solve for all columns of b, (n, k), in one pass over the factors."""
         from geomhw.solvers.triangular import solve_lower, solve_upper
 
-        L, U, rows, columns = self._lu.L, self._lu.U, np.argsort(self._lu.perm_r), np.argsort(self._lu.perm_c)
-        y = np.take(b, self._order[rows], axis=0)
+        L, U = self._factors
+        y = np.take(b, self._order[np.argsort(self._lu.perm_r)], axis=0)
         solve_lower(L.indptr, L.indices, L.data, y)
         solve_upper(U.indptr, U.indices, U.data, y)
-        x = np.empty_like(y)
-        x[self._order[columns]] = y
-        return _finite(x)
+        return _finite(np.take(y, self._lu.perm_c[self._rank], axis=0))
+
+    @cached_property
+    def _factors(self) -> tuple[sp.csc_array, sp.csr_array]:
+        """L in columns and U in rows, with sorted indices."""
+        L, U = self._lu.L, self._lu.U.tocsr()
+        L.sort_indices()
+        U.sort_indices()
+        return L, U
 
 
 def _finite(x: NDArray[Any]) -> NDArray[Any]:
