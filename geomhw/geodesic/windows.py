@@ -1,0 +1,200 @@
+"""Windows over an edge: records in a pool, and sorted lists that keep the shortest window at each point of the edge.
+
+A window is an interval of an edge that straight lines from one point reach, unfolded across the faces between. The point
+is a source, or a vertex at which paths turn. Coordinates start at the edge's lower vertex: x along the edge, y the height
+of the point over it. Lists are linked through ``next`` and start at ``windows[0].next``; record 0 holds no window.
+
+Mitchell, Mount, Papadimitriou: The Discrete Geodesic Problem. SIAM J. Comput. 16(4), 1987.
+"""
+
+from math import sqrt
+from typing import Any
+
+import numpy as np
+
+from geomhw.arrays import Ints
+from geomhw.compiled import compiled_in_place
+
+#: ``offset`` is the distance of the point from the sources; ``origin`` its vertex, or -1-k for source point k;
+#: ``passed`` whether the window has been propagated across its face.
+WINDOW = np.dtype(
+    [(name, np.float64) for name in ("left", "right", "x", "y", "offset")]
+    + [(name, np.int32) for name in ("next", "origin", "passed")],
+    align=True,
+)
+#: Distances, lengths and places that agree up to this share are equal.
+TIE = 1e-14
+#: ``next`` of a record that is in no list.
+UNLINKED = -1
+#: Places in ``counts``: first released record, largest record in use, number of records in use.
+RELEASED, LAST, IN_USE = 0, 1, 2
+
+
+@compiled_in_place
+def allocate(windows: Any, counts: Ints, like: int) -> int:
+    """Return a new record, a copy of another."""
+    i = counts[RELEASED]
+    if i:
+        counts[RELEASED] = windows[i].next
+    else:
+        counts[LAST] += 1
+        i = counts[LAST]
+        if i == len(windows):
+            raise MemoryError("more windows over one edge than the pool has room for")
+    counts[IN_USE] += 1
+    windows[i] = windows[like]
+    windows[i].next = UNLINKED
+    return i
+
+
+@compiled_in_place
+def release(windows: Any, counts: Ints, i: int) -> None:
+    """Return a record to the pool."""
+    windows[i].next = counts[RELEASED]
+    counts[RELEASED] = i
+    counts[IN_USE] -= 1
+
+
+@compiled_in_place
+def length_to(window: Any, t: float) -> float:
+    """Length of the path through a window to the place t on its edge."""
+    return window.offset + sqrt((t - window.x) ** 2 + window.y**2)
+
+
+@compiled_in_place
+def trim(window: Any, d_low: float, d_high: float, base: float) -> float:
+    """Cut off, in place, where the path along the edge from one of its ends is shorter [Xin and Wang 2009, sec. 3.2].
+
+    Return the least distance at the window, -1 where nothing is left. base: the edge length.
+    """
+    left, right, x, y = window.left, window.right, window.x, window.y
+    d_left, d_right = length_to(window, left), length_to(window, right)
+    if d_low + right < d_right * (1 - TIE) or d_high + (base - left) < d_left * (1 - TIE):
+        return -1.0
+    # t + D = |(t - x, y)|, at which both are equally long, is linear in t.
+    if d_low + left < d_left * (1 - TIE):
+        D = d_low - window.offset
+        left = min(max(left, (x * x + y * y - D * D) / (2 * (D + x))), right)
+    if d_high + (base - right) < d_right * (1 - TIE):
+        D, u = d_high - window.offset, base - x
+        right = max(min(right, base - (u * u + y * y - D * D) / (2 * (D + u))), left)
+    window.left, window.right = left, right
+    if not right - left > TIE * base:
+        return -1.0
+    return window.offset + y if left <= x <= right else min(d_left, d_right)
+
+
+@compiled_in_place
+def insert(windows: Any, counts: Ints, new: int, start: int) -> int:
+    """Add a window to the list, so that each point of the edge keeps the shortest: their lower envelope.
+
+    Return the last record before the window's interval, from which the search for one further right may start; start:
+    such a record, or 0. Old windows win ties, so that a window which comes again adds nothing.
+    """
+    t, stop = windows[new].left, windows[new].right
+    if start and windows[start].right > t:
+        start = 0
+    old = windows[start].next
+    while old and windows[old].right <= t:
+        start = old
+        old = windows[old].next
+    windows[new].next = UNLINKED
+    # The sweep has come to t; ``best`` is shortest since ``begin``, and not yet in the list, which ends at ``tail``.
+    tail, best, begin, end = start, new, t, stop
+    while old and windows[old].left < stop:
+        following, low, high = windows[old].next, windows[old].left, windows[old].right
+        windows[old].next = UNLINKED
+        if low < t:
+            best, begin = old, low
+        elif low > t:
+            if best != new:
+                tail = _link(windows, counts, tail, best, begin, t)
+                best, begin = new, t
+            t = low
+        end = min(high, stop)
+        gain, gain_end, middle = _gain(windows, new, old, t), _gain(windows, new, old, end), end
+        if gain * gain_end > 0:
+            middle = _turning_point(windows[new], windows[old], t, end)
+        while True:
+            gain_middle = _gain(windows, new, old, middle) if middle < end else gain_end
+            shorter = new if gain < 0 else old
+            if shorter != best:
+                if begin < t:
+                    tail = _link(windows, counts, tail, best, begin, t)
+                best, begin = shorter, t
+            if (gain < 0) != (gain_middle < 0):
+                t = _crossing(windows, new, old, t, middle)
+                tail = _link(windows, counts, tail, best, begin, t)
+                best, begin = new if gain_middle < 0 else old, t
+            t, gain = middle, gain_middle
+            if t == end:
+                break
+            middle = end
+        if end < high and best != old:
+            tail = _link(windows, counts, tail, best, begin, end)
+            best, begin = old, end
+        t, end = end, high
+        if best != old and windows[old].next == UNLINKED:
+            release(windows, counts, old)
+        old = following
+    if t < stop and best != new:
+        tail = _link(windows, counts, tail, best, begin, t)
+        best, begin = new, t
+    tail = _link(windows, counts, tail, best, begin, stop if best == new else end)
+    windows[tail].next = old
+    if windows[new].next == UNLINKED:
+        release(windows, counts, new)
+    return start
+
+
+@compiled_in_place
+def _link(windows: Any, counts: Ints, tail: int, window: int, left: float, right: float) -> int:
+    """Append the interval of a window to the list that ends at ``tail``, in a copy if the record is in use."""
+    i = window
+    if windows[i].next != UNLINKED:
+        i = allocate(windows, counts, window)
+    windows[i].left, windows[i].right, windows[i].next = left, right, 0
+    windows[tail].next = i
+    return i
+
+
+@compiled_in_place
+def _gain(windows: Any, new: int, old: int, t: float) -> float:
+    """Length through one window less that through another, negative only where the first is shorter beyond rounding."""
+    d = length_to(windows[new], t)
+    return d - length_to(windows[old], t) + TIE * d
+
+
+@compiled_in_place
+def _turning_point(a: Any, b: Any, low: float, high: float) -> float:
+    """Place between low and high where the difference of two windows is extreme, on the line of their points; else
+    high."""
+    if a.y != b.y:
+        t = (a.x * b.y - b.x * a.y) / (b.y - a.y)
+        if low < t < high:
+            return t
+    return high
+
+
+@compiled_in_place
+def _crossing(windows: Any, new: int, old: int, low: float, high: float) -> float:
+    """Place between low and high where both windows are equally long, if their difference changes sign there once."""
+    a, b = windows[new], windows[old]
+    c, D = b.x - a.x, b.offset - a.offset
+    k = ((c - D) * (c + D) + (a.y - b.y) * (a.y + b.y)) / 2
+    # With u = t - b.x: c u + k = D |(u, b.y)|; squared, A u² + 2 c k u + (k² - D² b.y²) = 0.
+    A = (c - D) * (c + D)
+    root = abs(D) * sqrt(max(k * k + b.y * b.y * A, 0.0))
+    q = -c * k + root if c * k < 0 else -c * k - root
+    for u in (q / A, (k - D * b.y) * (k + D * b.y) / q):
+        t = min(max(b.x + u, low), high)
+        if abs(_gain(windows, new, old, t)) <= 4 * TIE * length_to(a, t):
+            return t
+    falls, t = _gain(windows, new, old, high) < 0, (low + high) / 2
+    while low < t < high:  # where rounding has spoiled the roots
+        if (_gain(windows, new, old, t) < 0) == falls:
+            high = t
+        else:
+            low = t
+        t = (low + high) / 2
+    return t
