@@ -1,26 +1,25 @@
-"""Exact geodesic distance on a polyhedral surface: windows of straight lines, propagated over edges.
-
-Mitchell, Mount, Papadimitriou: The Discrete Geodesic Problem. SIAM J. Comput. 16(4), 1987.
-"""
+"""Exact geodesic distance on polyhedral surfaces by windows of straight lines [Mitchell, Mount, Papadimitriou 1987]."""
 
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from math import inf
+from os import cpu_count
 from typing import Any
 
 import numpy as np
+from scipy.sparse import csr_array
 
 from geomhw.arrays import Floats, Ints
 from geomhw.errors import FieldError
-from geomhw.geodesic.window_propagation import WAITING, Front, Surface, propagate
-from geomhw.geodesic.windows import WINDOW
+from geomhw.geodesic.unfolded_faces import surface_of
+from geomhw.geodesic.window_propagation import Front, empty_front, propagate, reached, reset, start, with_more_room
 from geomhw.mesh.surface_points import SurfacePoints, vertex_points
-from geomhw.mesh.topology import counting_order
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.results import Field, Result
 
-#: Windows for which there is room at first.
-ROOM = 4096
+#: Sources of a task of a thread.
+TASK = 64
 
 
 @dataclass(frozen=True)
@@ -30,15 +29,15 @@ class Arrivals:
     Attributes
     ----------
     distance : (n,) array
-        Distance from the nearest source; inf where no path leads or distances are not final.
+        Distance from the nearest source; inf where there is no path, or beyond the limit or the targets.
     origin : (n,) integer array
-        The vertex at which the last straight line of the shortest path starts, or -1-k for source k, counted among those
-        within faces. Sources are their own origin. Undefined where the distance is inf, as the following.
+        The vertex at which the last straight line of the shortest path starts, or -1-k for source k of those within
+        faces. Source vertices are their own origin. Undefined where the distance is inf, as the following.
     halfedge : (n,) integer array
         3f+k where the line arrives through face f, over the edge opposite its corner k; -1 where it stays in a face of
         its origin.
     entry : (n,) array
-        Where it crosses that edge: distance from the edge's lower vertex.
+        Where the line crosses that edge: the distance from the edge's lower vertex.
     """
 
     distance: Floats
@@ -48,23 +47,29 @@ class Arrivals:
 
 
 class ExactDistance:
-    """Exact polyhedral distance on one mesh: connects halfedges once, then answers any sources.
+    """Exact polyhedral distance on one mesh: links halfedges once, then answers any sources.
 
-    Works on any triangle mesh. Paths pass from one face to all others at an edge and at a vertex. The time grows with
-    the number of windows, about 25 a vertex on scans, 100 on a sphere of 41k vertices; the memory with those on the front.
+    Works on any triangle mesh. At an edge or a vertex, paths pass from one face to all others. The time is
+    proportional to the number of windows: about 25 a vertex on scans, 100 on a sphere of 41k vertices.
 
     Parameters
     ----------
     mesh : the mesh. Duplicate faces are left out.
 
+    Raises
+    ------
+    MeshError
+        If a coordinate exceeds 1e30 or the mesh is smaller than 1e-30.
+
     References
     ----------
-    Mitchell, Mount, Papadimitriou 1987; window lists cross faces at once as in Qin et al. 2016.
+    Mitchell, Mount, Papadimitriou: The Discrete Geodesic Problem. SIAM J. Comput. 16(4), 1987. Xin, Wang: Improving
+    Chen and Han's Algorithm on the Discrete Geodesic Problem. ACM Trans. Graph. 28(4), 2009. Qin, Han, Yu, Yu, Zhang:
+    Fast and Exact Discrete Geodesic Computation Based on Triangle-Oriented Wavefront Propagation. ACM Trans. Graph.
+    35(4), 2016.
 
     Examples
     --------
-    The shortest way between opposite corners of a unit cube crosses two of its faces.
-
     >>> from geomhw.mesh import TriangleMesh
     >>> square = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
     >>> mesh = TriangleMesh(square, [[0, 1, 2], [0, 2, 3]])
@@ -74,9 +79,10 @@ class ExactDistance:
 
     def __init__(self, mesh: TriangleMesh) -> None:
         self.mesh = mesh
+        assert mesh.edge_lengths.size  # checks the range of coordinates
         self._face_of = np.arange(mesh.n_faces)
         self._face_of[mesh.duplicate_faces[:, 0]] = mesh.duplicate_faces[:, 1]
-        self._surface = _surface(mesh, self._face_of == np.arange(mesh.n_faces))
+        self._surface = surface_of(mesh, self._face_of == np.arange(mesh.n_faces))
 
     def from_vertices(
         self, sources: Sequence[int] | Ints, limit: float = inf, targets: Sequence[int] | Ints = ()
@@ -85,84 +91,112 @@ class ExactDistance:
         return self.from_sources(vertex_points(self.mesh, sources), limit, targets)
 
     def from_sources(self, sources: SurfacePoints, limit: float = inf, targets: Sequence[int] | Ints = ()) -> Result:
-        """Return the distance from the nearest of the sources, vertices or points in faces or on edges.
+        """Return the distance from the nearest of the sources, vertices or points within faces or on edges.
 
         Parameters
         ----------
         sources : the sources, in any order.
-        limit : distances beyond are inf, and cost nothing.
-        targets : vertices whose distances are wanted; once they are final, farther vertices are inf, and cost nothing.
+        limit : largest distance (length). Larger ones are inf; time is spent within the limit only.
+        targets : vertices whose distances are wanted. Once they are final, all larger distances are inf.
 
         Returns
         -------
-        Result with the field ``distance`` (length) per vertex: 0 at source vertices, inf on components without a source.
+        Result with the field ``distance`` (length) per vertex: 0 at source vertices, inf where there is no path.
 
         Raises
         ------
         FieldError
-            If a source or target is no vertex of the surface, or the limit is negative.
+            If a source or target is not a vertex of the surface, or the limit is negative.
         """
         distance = self.arrivals(sources, limit, targets).distance
         finite = np.isfinite(distance)
-        farthest = int(np.where(finite, distance, -1.0).argmax())
-        report = {
-            "sources": sources.report(),
-            "farthest": {"vertex": farthest, "distance": float(distance[farthest])},
-            "mean_distance": float(distance[finite].mean()),
-        }
-        return Result(self.mesh, [Field("distance", "vertex", distance)], report)
+        finite_count = int(np.count_nonzero(finite))
+        report: dict[str, Any] = {"sources": sources.report(), "farthest": None, "mean_distance": None}
+        if finite_count:
+            farthest = int(np.where(finite, distance, -1.0).argmax())
+            report["farthest"] = {"vertex": farthest, "distance": float(distance[farthest])}
+            report["mean_distance"] = float(distance[finite].mean())
+        far = self.mesh.n_vertices - len(self.mesh.unreferenced_vertices) - finite_count
+        cut = limit < inf or len(targets) > 0
+        report |= {"vertices_beyond" if cut else "unreachable_vertices": far, **self.settings()}
+        return Result(self.mesh, [Field("distance", "vertex", distance)], report, sources)
 
     def arrivals(self, sources: SurfacePoints, limit: float = inf, targets: Sequence[int] | Ints = ()) -> Arrivals:
-        """Return distances as `from_sources`, with the straight line by which each vertex is reached."""
-        if not limit >= 0:
-            raise FieldError(f"the limit of distances is a length from 0 on, not {limit}")
+        """Return distances as `from_sources` does, with the straight line by which each vertex is reached."""
         wanted = vertex_points(self.mesh, targets).vertices if len(targets) else np.empty(0, dtype=np.int64)
         points = sources.within_faces
-        places, faces = points.positions(self.mesh), self._face_of[points.faces]
-        front = _front(self._surface, sources.vertices, len(points))
-        while (radius := propagate(self._surface, front, places, faces, limit, wanted)) < 0:
-            front = front._replace(windows=np.concatenate([front.windows, np.empty_like(front.windows)]))
+        front = empty_front(self._surface, len(points))
+        start(front, sources.vertices, len(points))
+        front, radius = self._propagated(front, points, _checked(limit), wanted)
         front.distance[front.distance > radius] = inf
         return Arrivals(front.distance, front.origin, front.halfedge, front.entry)
 
+    def rows(self, queries: Sequence[SurfacePoints], limit: float = inf) -> Floats:
+        """Return the distances from each of k sets of sources, (k, n), computed in parallel."""
+        rows = np.empty((len(queries), self.mesh.n_vertices))
 
-def _surface(mesh: TriangleMesh, single: Any) -> Surface:
-    """Link the halfedges round each edge and list those opposite each vertex; only of faces in the mask, (m,)."""
-    edge, vertex = mesh.edge_table.of_faces.ravel(), mesh.faces.ravel()
-    by_edge, by_vertex = (order[single[order // 3]] for order in (counting_order(edge), counting_order(vertex)))
-    first = np.flatnonzero(np.diff(edge[by_edge], prepend=-1))
-    following = np.append(by_edge[1:], 0)
-    following[np.append(first[1:], len(by_edge)) - 1] = by_edge[first]
-    across = np.arange(len(edge), dtype=by_edge.dtype)
-    across[by_edge] = following
-    starts = np.append(0, np.cumsum(np.bincount(vertex[by_vertex], minlength=mesh.n_vertices)))
-    sides = int(np.diff(first, append=len(by_edge)).max())
-    kinds = np.zeros(mesh.n_vertices, dtype=np.int8)
-    return Surface(mesh.vertices, mesh.faces, across, by_vertex, starts, kinds, sides)
+        def compute(k: int) -> None:
+            rows[k] = self.arrivals(queries[k], limit).distance
+
+        with ThreadPoolExecutor(cpu_count()) as threads:
+            list(threads.map(compute, range(len(queries))))
+        return rows
+
+    def matrix(self, limit: float = inf) -> csr_array:
+        """Return the distances between all vertices at most a limit apart.
+
+        Returns
+        -------
+        (n, n) sparse array, symmetric. The distances on the diagonal, and between vertices at the same place, are
+        stored zeros: an entry is stored exactly where the distance is within the limit.
+
+        Examples
+        --------
+        >>> from geomhw.mesh import grid
+        >>> near = ExactDistance(grid(2, 2)).matrix(limit=0.5)
+        >>> near.nnz, near[4, 1]
+        (33, np.float64(0.5))
+        """
+        n, limit = self.mesh.n_vertices, _checked(limit)
+        used = np.setdiff1d(np.arange(n), self.mesh.unreferenced_vertices)
+        tasks = [used[start : start + TASK] for start in range(0, len(used), TASK)]
+        with ThreadPoolExecutor(cpu_count()) as threads:
+            upper = [row for task in threads.map(lambda task: self._upper_rows(task, limit), tasks) for row in task]
+        counts = np.zeros(n, dtype=np.int64)
+        counts[used] = [len(columns) for columns, _ in upper]
+        rows = np.repeat(np.arange(n), counts)
+        columns, values = (np.concatenate(parts) for parts in zip(*upper, strict=True))
+        mirrored = columns > rows
+        pairs = np.concatenate([rows, columns[mirrored]]), np.concatenate([columns, rows[mirrored]])
+        return csr_array((np.concatenate([values, values[mirrored]]), pairs), shape=(n, n))
+
+    def settings(self) -> dict[str, Any]:
+        """Return how distances are computed, as plain values for a report."""
+        return {"method": "exact"}
+
+    def _propagated(self, front: Front, points: SurfacePoints, limit: float, targets: Ints) -> tuple[Front, float]:
+        """Propagate a front with these sources within faces; return it, and the radius of final distances."""
+        places, faces = points.positions(self.mesh), self._face_of[points.faces]
+        while (radius := propagate(self._surface, front, places, faces, limit, targets)) < 0:
+            front = with_more_room(front)
+        return front, radius
+
+    def _upper_rows(self, vertices: Ints, limit: float) -> list[tuple[Ints, Floats]]:
+        """Vertices from each of these on within the limit, ascending, and their distances."""
+        front, none, rows = empty_front(self._surface), vertices[:0], []
+        no_points = vertex_points(self.mesh, vertices).within_faces
+        for v in vertices:
+            start(front, np.array([v]), 0)
+            front, _ = self._propagated(front, no_points, limit, none)
+            columns = reached(front)
+            columns = np.sort(columns[columns >= v])
+            rows.append((columns, front.distance[columns]))
+            reset(front)
+        return rows
 
 
-def _front(surface: Surface, vertices: Ints, k: int) -> Front:
-    """The front at the sources: vertices, and k points in faces. Most memory is reserved only, until it is written to."""
-    n, h = len(surface.points), surface.faces.size
-    vertices = np.unique(vertices)
-    items = np.concatenate([h + vertices, h + n + np.arange(k)]).astype(np.int32)
-    distance, origin = np.full(n, inf), np.empty(n, dtype=np.int32)
-    distance[vertices], origin[vertices] = 0.0, vertices
-    front = Front(
-        distance,
-        origin,
-        np.empty(n, dtype=np.int32),
-        np.empty(n),
-        np.zeros(h, dtype=np.int32),
-        np.zeros(h, dtype=np.int32),
-        np.zeros(ROOM, dtype=WINDOW),
-        np.zeros(4, dtype=np.int64),
-        np.empty(h + n + k),
-        np.empty(h + n + k, dtype=np.int32),
-        np.zeros(h + n + k, dtype=np.int32),
-    )
-    front.halfedge[vertices], front.entry[vertices] = -1, 0.0
-    front.keys[: len(items)], front.items[: len(items)] = 0.0, items
-    front.places[items] = 1 + np.arange(len(items))
-    front.counts[WAITING] = len(items)
-    return front
+def _checked(limit: float) -> float:
+    """Return the limit as a float; raise FieldError unless it is 0 or more."""
+    if not limit >= 0:
+        raise FieldError(f"the limit of distances is a length, 0 or more, not {limit}")
+    return float(limit)

@@ -1,8 +1,8 @@
 """Propagation of windows over a mesh, from face to face in the order of distance.
 
-Halfedge 3f+k is the side of face f opposite its corner k; windows in its list wait there to cross the face. One event
-propagates the whole list of a halfedge: lists are sorted, so their children are too, and merge in linear time. A window
-is trimmed against the vertices at the ends of its edge and against the windows that wait with it, and then forgotten.
+Windows in the list of a halfedge wait there to cross the face. One event propagates the whole list of a halfedge. Lists
+are sorted, so their images are too, and merge in linear time. A window is cut where paths from the ends of its edge are
+shorter, and compared with the windows in its list. It is released once it has crossed.
 
 Mitchell, Mount, Papadimitriou: The Discrete Geodesic Problem. SIAM J. Comput. 16(4), 1987.
 Xin, Wang: Improving Chen and Han's Algorithm on the Discrete Geodesic Problem. ACM Trans. Graph. 28(4), 2009.
@@ -10,49 +10,33 @@ Qin, Han, Yu, Yu, Zhang: Fast and Exact Discrete Geodesic Computation Based on T
 ACM Trans. Graph. 35(4), 2016.
 """
 
-from math import atan2, inf, pi, sqrt
+from math import inf, sqrt
 from typing import Any, NamedTuple
+
+import numpy as np
 
 from geomhw.arrays import Floats, Ints
 from geomhw.compiled import compiled_in_place
-from geomhw.geodesic.windows import IN_USE, TIE, allocate, insert, length_to, release, trim
+from geomhw.geodesic.unfolded_faces import CONVEX, TURNING, Surface, ends, is_turning, triangle
+from geomhw.geodesic.window_images import above_line, continues, crossing_to, images
+from geomhw.geodesic.windows import IN_USE, LAST, TIE, WINDOW, allocate, insert, length_to, release, trim
 
-#: Place in ``counts``, after those of `windows`: number of events in the queue.
-WAITING = 3
-#: From this many events of one halfedge on, its windows stay in the list after they have crossed: what comes round again
-#: ends there, and so does every loop over faces without area.
+#: Places in ``counts``, after those of `windows`: number of events in the queue, and of items in ``touched``.
+WAITING, TOUCHED = 3, 4
+#: From this number of events of one halfedge on, its windows stay in the list after they have crossed. A window that
+#: returns there, for example round faces of zero area, is then no shorter than those in the list and ends.
 PATIENCE = 8
-#: A vertex with a larger angle, in radians over 2π, is a saddle.
-FLAT = 1e-13
-#: Windows of one origin whose points agree up to this share are pieces of one.
-SAME = 1e-13
-#: Kinds of vertices: paths pass only beside it; paths turn at it. 0 where not yet known.
-CONVEX, TURNING = 1, 2
-
-
-class Surface(NamedTuple):
-    """A mesh as the front walks it.
-
-    points (n, 3), faces (m, 3). across: (3m,), the next halfedge round the same edge, itself on the boundary. corners:
-    halfedges opposite each vertex, those of v at ``starts[v]`` to ``starts[v + 1]``. kinds: (n,), filled on the way.
-    sides: faces that meet in one edge, at most.
-    """
-
-    points: Floats
-    faces: Ints
-    across: Ints
-    corners: Ints
-    starts: Ints
-    kinds: Ints
-    sides: int
+#: Initial number of window records.
+ROOM = 4096
 
 
 class Front(NamedTuple):
-    """State of one query: what has arrived at vertices, windows on their way, and the queue of events.
+    """State of one query: arrivals at vertices, windows, and the queue of events.
 
     distance, origin, halfedge, entry: (n,), as in `Arrivals`. waiting: (3m,), first window of each list. events: (3m,),
     how often each halfedge has been propagated. keys, items: the queue, a binary heap; places: (3m+n+k,), one more than
-    the place of each item there. Item h < 3m is a halfedge, 3m+v a vertex, 3m+n+i source point i.
+    the place of each item there. Item h < 3m is a halfedge, 3m+v a vertex, 3m+n+i source point i. touched: (3m+n,),
+    halfedges and vertices whose state has changed, as items.
     """
 
     distance: Floats
@@ -66,37 +50,82 @@ class Front(NamedTuple):
     keys: Floats
     items: Ints
     places: Ints
+    touched: Ints
 
 
-class Triangle(NamedTuple):
-    """A face seen from one side: its vertices, the other two halfedges, and lengths and angles at the base."""
+def empty_front(surface: Surface, k: int = 0) -> Front:
+    """Return a front without sources, with room for k source points. Most memory is used only once it is written to."""
+    n, h = len(surface.points), surface.faces.size
+    return Front(
+        np.full(n, inf),
+        np.empty(n, dtype=np.int32),
+        np.empty(n, dtype=np.int32),
+        np.empty(n),
+        np.zeros(h, dtype=np.int32),
+        np.zeros(h, dtype=np.int32),
+        np.zeros(ROOM, dtype=WINDOW),
+        np.zeros(5, dtype=np.int64),
+        np.empty(h + n + k),
+        np.empty(h + n + k, dtype=np.int32),
+        np.zeros(h + n + k, dtype=np.int32),
+        np.empty(h + n, dtype=np.int32),
+    )
 
-    low: int
-    high: int
-    apex: int
-    at_low: int
-    at_high: int
-    base: float
-    left: float
-    right: float
-    cos_low: float
-    sin_low: float
-    cos_high: float
-    sin_high: float
+
+def with_more_room(front: Front) -> Front:
+    """Return the front with twice as many window records."""
+    windows = np.empty(2 * len(front.windows), dtype=WINDOW)
+    used = front.counts[LAST] + 1
+    windows[:used] = front.windows[:used]
+    return front._replace(windows=windows)
+
+
+def reached(front: Front) -> Ints:
+    """Return the vertices with a distance, in the order in which they were first reached."""
+    items = front.touched[: front.counts[TOUCHED]]
+    vertices: Ints = items[items >= len(front.waiting)] - len(front.waiting)
+    return vertices
+
+
+@compiled_in_place
+def start(front: Front, vertices: Ints, k: int) -> None:
+    """Add sources to a front: vertices, and source points 0 to k-1."""
+    h, n = len(front.waiting), len(front.distance)
+    for v in vertices:
+        if front.distance[v] > 0:
+            _touch(front, h + v)
+            front.distance[v], front.origin[v], front.halfedge[v], front.entry[v] = 0.0, v, -1, 0.0
+            _push(front, h + v, 0.0)
+    for i in range(k):
+        _push(front, h + n + i, 0.0)
+
+
+@compiled_in_place
+def reset(front: Front) -> None:
+    """Remove sources, arrivals and windows; the time is proportional to their number."""
+    h = len(front.waiting)
+    for i in front.touched[: front.counts[TOUCHED]]:
+        if i < h:
+            front.waiting[i] = front.events[i] = 0
+        else:
+            front.distance[i - h] = inf
+    for i in front.items[: front.counts[WAITING]]:
+        front.places[i] = 0
+    front.counts[:] = 0
 
 
 @compiled_in_place
 def propagate(surface: Surface, front: Front, places: Floats, faces: Ints, limit: float, targets: Ints) -> float:
-    """Process events up to the limit or until all targets are final; return the radius up to which distances are.
+    """Process events up to the limit or until all targets are final; return the radius of final distances.
 
-    Return -1 when the pool needs more room; call again then. places, faces: (k, 3) and (k,), source points in faces.
+    Return -1 if more room for windows is needed before the next call. places, faces: (k, 3) and (k,), source points.
     """
-    n, h, reached = len(front.distance), len(front.waiting), 0
+    n, h, done = len(front.distance), len(front.waiting), 0
     while front.counts[WAITING]:
         item, key = front.items[0], front.keys[0]
-        while reached < len(targets) and front.distance[targets[reached]] <= key:
-            reached += 1
-        if 0 < len(targets) == reached:
+        while done < len(targets) and front.distance[targets[done]] <= key:
+            done += 1
+        if 0 < len(targets) == done:
             return key
         if 8 * (front.counts[IN_USE] + 2 * surface.sides * _size(surface, front, item)) > len(front.windows) - 64:
             return -1.0
@@ -129,8 +158,8 @@ def _size(surface: Surface, front: Front, item: int) -> int:
 
 @compiled_in_place
 def _emit(surface: Surface, front: Front, h: int, place: Floats, d: float, origin: int, limit: float) -> None:
-    """Send one window from a point of a face out over halfedge h, and reach the ends of that."""
-    low, high = _ends(surface, h)
+    """Send one window from a point of a face over its halfedge h, and reach the ends of the halfedge."""
+    low, high = ends(surface, h)
     p, q, r = surface.points[low], surface.points[high], place
     ex, ey, ez, rx, ry, rz = q[0] - p[0], q[1] - p[1], q[2] - p[2], r[0] - p[0], r[1] - p[1], r[2] - p[2]
     base, along = sqrt(ex * ex + ey * ey + ez * ez), ex * rx + ey * ry + ez * rz
@@ -141,32 +170,33 @@ def _emit(surface: Surface, front: Front, h: int, place: Floats, d: float, origi
     if base > 0 and (cross > 0 or 0 < along < base * base):
         i = allocate(front.windows, front.counts, 0)
         w = front.windows[i]
-        w.left, w.right, w.x, w.y, w.offset = 0.0, base, along / base, cross / base, d
+        w.left, w.right, w.x, w.offset = 0.0, base, along / base, d
+        w.y = above_line(cross / base, w.x, base)
         w.next, w.origin, w.passed = 0, origin, 0
         _deliver(surface, front, h, i, base, limit)
 
 
 @compiled_in_place
 def _cross_face(surface: Surface, front: Front, h: int, limit: float) -> None:
-    """Propagate all windows that wait at a halfedge across its face: update the apex, then fill the other two sides."""
-    windows, face = front.windows, _triangle(surface, h)
+    """Propagate the windows in the list of a halfedge across its face, to the apex and over the other two sides."""
+    windows, face = front.windows, triangle(surface, h)
     x, y = face.left * face.cos_low, face.left * face.sin_low
     first = i = front.waiting[h]
     while i:
         w = windows[i]
-        while w.next and _continues(w, windows[w.next], face.base):
+        while w.next and continues(w, windows[w.next], face.base):
             j = w.next
             w.right, w.next = windows[j].right, windows[j].next
             release(windows, front.counts, j)
         if not w.passed and w.offset + sqrt((x - w.x) ** 2 + (y + w.y) ** 2) < front.distance[face.apex]:
-            t = min(max(_split(w.x, w.y, x, y), w.left), w.right)
+            t = min(max(crossing_to(w.x, w.y, x, y), w.left), w.right)
             d = length_to(w, t) + sqrt((x - t) ** 2 + y * y)
             _reach(surface, front, face.apex, d, w.origin, h, t, limit)
         i = w.next
-    at_low = _children(
+    at_low = images(
         windows, front.counts, first, face.base, face.left, face.cos_low, face.sin_low, False, face.low > face.apex
     )
-    at_high = _children(
+    at_high = images(
         windows, front.counts, first, face.base, face.right, face.cos_high, face.sin_high, True, face.high > face.apex
     )
     front.events[h] += 1
@@ -186,74 +216,10 @@ def _cross_face(surface: Surface, front: Front, h: int, limit: float) -> None:
 
 
 @compiled_in_place
-def _continues(a: Any, b: Any, base: float) -> bool:
-    """Whether window b goes on where a ends, from the same point: paths on both sides of a flat vertex."""
-    far = abs(a.x) + a.y
-    return (
-        a.origin == b.origin
-        and a.offset == b.offset
-        and a.passed == b.passed
-        and b.left - a.right <= SAME * base
-        and abs(a.x - b.x) + abs(a.y - b.y) <= min(SAME * far, 1e-6 * (b.right - b.left) * a.y / far)
-    )
-
-
-@compiled_in_place
-def _split(x: float, y: float, apex_x: float, apex_y: float) -> float:
-    """Place where the line from (x, -y) to the apex crosses the base."""
-    return x + (apex_x - x) * y / (y + apex_y) if y + apex_y > 0 else apex_x
-
-
-@compiled_in_place
-def _children(
-    windows: Any, counts: Ints, i: int, base: float, side: float, cos: float, sin: float, mirrored: bool, flipped: bool
-) -> int:
-    """List of the windows on one side of the triangle, from the list i on its base, in the order of the side's points.
-
-    The side leaves the base's lower end, or the higher if mirrored, at an angle. flipped: whether the apex is the side's
-    lower vertex.
-    """
-    first = last = 0
-    while i:
-        w = windows[i]
-        left, right, x, y = w.left, w.right, w.x, w.y
-        if mirrored:
-            left, right, x = base - right, base - left, base - x
-        split = _split(x, y, side * cos, side * sin)
-        if not w.passed and left < split:
-            height, foot = x * sin + y * cos, x * cos - y * sin
-            low = _image(left, y, height, sin, side)
-            high = side if right >= split else _image(right, y, height, sin, side)
-            if low < high and (height > 0 or 0 < foot < side):
-                j = allocate(windows, counts, i)
-                if flipped:
-                    low, high, foot = side - high, side - low, side - foot
-                child = windows[j]
-                child.left, child.right, child.x, child.y, child.next = low, high, foot, height, 0
-                if first == 0:
-                    first = j
-                elif flipped != mirrored:
-                    child.next, first = first, j
-                else:
-                    windows[last].next = j
-                if child.next == 0:
-                    last = j
-        i = w.next
-    return first
-
-
-@compiled_in_place
-def _image(t: float, y: float, height: float, sin: float, side: float) -> float:
-    """Place on a side of the triangle where the ray through t on the base arrives, at most its length."""
-    ahead = height - t * sin
-    return min(t * y / ahead, side) if ahead > 0 else (side if t > 0 else 0.0)
-
-
-@compiled_in_place
 def _deliver(surface: Surface, front: Front, h: int, i: int, base: float, limit: float) -> None:
-    """Pass a list of windows on from halfedge h of the face that they leave to all other faces at its edge."""
+    """Insert the windows of a list, which leave a face over its halfedge h, at all other faces of the edge."""
     windows, counts = front.windows, front.counts
-    low, high = _ends(surface, h)
+    low, high = ends(surface, h)
     first, last, least, g = 0, 0, inf, surface.across[h]
     while i:
         following = windows[i].next
@@ -270,11 +236,13 @@ def _deliver(surface: Surface, front: Front, h: int, i: int, base: float, limit:
             release(windows, counts, i)
         i = following
     while first and g != h:
-        copied, start, i = surface.across[g] != h, 0, first
+        copied, before, i = surface.across[g] != h, 0, first
+        if front.waiting[g] == 0 and front.events[g] == 0:
+            _touch(front, g)
         windows[0].next = front.waiting[g]
         while i:
             following = windows[i].next
-            start = insert(windows, counts, allocate(windows, counts, i) if copied else i, start)
+            before = insert(windows, counts, allocate(windows, counts, i) if copied else i, before)
             i = following
         front.waiting[g] = windows[0].next
         _push(front, g, least)
@@ -285,69 +253,22 @@ def _deliver(surface: Surface, front: Front, h: int, i: int, base: float, limit:
 def _reach(
     surface: Surface, front: Front, v: int, d: float, origin: int, halfedge: int, entry: float, limit: float
 ) -> None:
-    """Give a vertex a shorter distance; it becomes an event if paths may turn there."""
+    """Set the distance of a vertex if it becomes shorter; the vertex becomes an event if paths may turn there."""
     if d < front.distance[v] * (1 - TIE) and d <= limit:
+        if front.distance[v] == inf:
+            _touch(front, len(front.waiting) + v)
         front.distance[v], front.origin[v], front.halfedge[v], front.entry[v] = d, origin, halfedge, entry
         if surface.kinds[v] == 0:
-            surface.kinds[v] = TURNING if _turns(surface, v) else CONVEX
+            surface.kinds[v] = TURNING if is_turning(surface, v) else CONVEX
         if surface.kinds[v] == TURNING:
             _push(front, len(front.waiting) + v, d)
 
 
 @compiled_in_place
-def _turns(surface: Surface, v: int) -> bool:
-    """Whether shortest paths may turn at a vertex: unless its faces are one closed fan of angle at most 2π."""
-    h = first = surface.corners[surface.starts[v]]
-    out = _triangle(surface, h).at_low
-    angle = 0.0
-    for count in range(surface.starts[v + 1] - surface.starts[v]):
-        face = _triangle(surface, h)
-        if count > 0 and h == first:
-            return True
-        angle += pi - atan2(face.sin_low, face.cos_low) - atan2(face.sin_high, face.cos_high)
-        g = surface.across[out]
-        if g == out or surface.across[g] != out or face.left == 0 or face.right == 0:
-            return True
-        h = g // 3 * 3
-        while surface.faces[h // 3, h % 3] != v:
-            h += 1
-        face = _triangle(surface, h)
-        out = face.at_high if g == face.at_low else face.at_low
-    return angle > 2 * pi + FLAT
-
-
-@compiled_in_place
-def _ends(surface: Surface, h: int) -> tuple[int, int]:
-    """Lower and higher vertex of a halfedge."""
-    f, k = h // 3, h % 3
-    a, b = surface.faces[f, (k + 1) % 3], surface.faces[f, (k + 2) % 3]
-    return min(a, b), max(a, b)
-
-
-@compiled_in_place
-def _triangle(surface: Surface, h: int) -> Triangle:
-    """Lay out a face over its halfedge h; angles at an edge of length zero are 0."""
-    f, k = h // 3, h % 3
-    i, j = (k + 1) % 3, (k + 2) % 3
-    if surface.faces[f, i] > surface.faces[f, j]:
-        i, j = j, i
-    low, high, apex = surface.faces[f, i], surface.faces[f, j], surface.faces[f, k]
-    p, q, r = surface.points[low], surface.points[high], surface.points[apex]
-    ex, ey, ez, lx, ly, lz = q[0] - p[0], q[1] - p[1], q[2] - p[2], r[0] - p[0], r[1] - p[1], r[2] - p[2]
-    rx, ry, rz = r[0] - q[0], r[1] - q[1], r[2] - q[2]
-    base, left, right = (
-        sqrt(ex * ex + ey * ey + ez * ez),
-        sqrt(lx * lx + ly * ly + lz * lz),
-        sqrt(rx * rx + ry * ry + rz * rz),
-    )
-    area = sqrt((ey * lz - ez * ly) ** 2 + (ez * lx - ex * lz) ** 2 + (ex * ly - ey * lx) ** 2)
-    cos_low = cos_high = 1.0
-    sin_low = sin_high = 0.0
-    if base * left > 0:
-        cos_low, sin_low = (ex * lx + ey * ly + ez * lz) / (base * left), area / (base * left)
-    if base * right > 0:
-        cos_high, sin_high = -(ex * rx + ey * ry + ez * rz) / (base * right), area / (base * right)
-    return Triangle(low, high, apex, 3 * f + j, 3 * f + i, base, left, right, cos_low, sin_low, cos_high, sin_high)
+def _touch(front: Front, item: int) -> None:
+    """Note that the state of an item has changed."""
+    front.touched[front.counts[TOUCHED]] = item
+    front.counts[TOUCHED] += 1
 
 
 @compiled_in_place

@@ -1,8 +1,8 @@
 """Windows over an edge: records in a pool, and sorted lists that keep the shortest window at each point of the edge.
 
-A window is an interval of an edge that straight lines from one point reach, unfolded across the faces between. The point
-is a source, or a vertex at which paths turn. Coordinates start at the edge's lower vertex: x along the edge, y the height
-of the point over it. Lists are linked through ``next`` and start at ``windows[0].next``; record 0 holds no window.
+A window is an interval of an edge that straight lines from one point reach, in the plane of the unfolded faces between.
+The point is a source, or a vertex at which paths turn. Coordinates start at the lower vertex of the edge: x along the
+edge, y the height of the point over it. Lists are linked through ``next``. Record 0 heads a list; it is no window.
 
 Mitchell, Mount, Papadimitriou: The Discrete Geodesic Problem. SIAM J. Comput. 16(4), 1987.
 """
@@ -63,7 +63,7 @@ def length_to(window: Any, t: float) -> float:
 
 @compiled_in_place
 def trim(window: Any, d_low: float, d_high: float, base: float) -> float:
-    """Cut off, in place, where the path along the edge from one of its ends is shorter [Xin and Wang 2009, sec. 3.2].
+    """Cut a window, in place, where a path along the edge from an end is shorter [Xin and Wang 2009, sec. 3.2].
 
     Return the least distance at the window, -1 where nothing is left. base: the edge length.
     """
@@ -81,15 +81,17 @@ def trim(window: Any, d_low: float, d_high: float, base: float) -> float:
     window.left, window.right = left, right
     if not right - left > TIE * base:
         return -1.0
-    return window.offset + y if left <= x <= right else min(d_left, d_right)
+    return length_to(window, min(max(x, left), right))
 
 
 @compiled_in_place
 def insert(windows: Any, counts: Ints, new: int, start: int) -> int:
-    """Add a window to the list, so that each point of the edge keeps the shortest: their lower envelope.
+    """Insert a window into a list of disjoint windows, which keeps the shortest at each point: their lower envelope.
 
-    Return the last record before the window's interval, from which the search for one further right may start; start:
-    such a record, or 0. Old windows win ties, so that a window which comes again adds nothing.
+    start: a record of the list before the window, or 0. Return the last record before the window, from which the search
+    for the next window further right may start. Of equal lengths, the longer straight line stays, because a window from
+    a vertex beside it may end where the straight line continues. Otherwise the old window stays, so that inserting the
+    same window twice adds nothing.
     """
     t, stop = windows[new].left, windows[new].right
     if start and windows[start].right > t:
@@ -99,7 +101,7 @@ def insert(windows: Any, counts: Ints, new: int, start: int) -> int:
         start = old
         old = windows[old].next
     windows[new].next = UNLINKED
-    # The sweep has come to t; ``best`` is shortest since ``begin``, and not yet in the list, which ends at ``tail``.
+    # The sweep is at t. ``best`` is the shortest window since ``begin``, not yet in the list, which ends at ``tail``.
     tail, best, begin, end = start, new, t, stop
     while old and windows[old].left < stop:
         following, low, high = windows[old].next, windows[old].left, windows[old].right
@@ -160,15 +162,17 @@ def _link(windows: Any, counts: Ints, tail: int, window: int, left: float, right
 
 @compiled_in_place
 def _gain(windows: Any, new: int, old: int, t: float) -> float:
-    """Length through one window less that through another, negative only where the first is shorter beyond rounding."""
+    """Length through one window less that through another; negative where the first is shorter, or equal up to rounding
+    with a longer straight line.
+    """
     d = length_to(windows[new], t)
-    return d - length_to(windows[old], t) + TIE * d
+    gain = d - length_to(windows[old], t)
+    return gain - TIE * d if windows[new].offset < windows[old].offset else gain + TIE * d
 
 
 @compiled_in_place
 def _turning_point(a: Any, b: Any, low: float, high: float) -> float:
-    """Place between low and high where the difference of two windows is extreme, on the line of their points; else
-    high."""
+    """Place in low to high where the difference of two lengths is extreme, on the line of both points, or high."""
     if a.y != b.y:
         t = (a.x * b.y - b.x * a.y) / (b.y - a.y)
         if low < t < high:
@@ -178,7 +182,7 @@ def _turning_point(a: Any, b: Any, low: float, high: float) -> float:
 
 @compiled_in_place
 def _crossing(windows: Any, new: int, old: int, low: float, high: float) -> float:
-    """Place between low and high where both windows are equally long, if their difference changes sign there once."""
+    """Place between low and high where two lengths are equal, if their difference changes sign once between them."""
     a, b = windows[new], windows[old]
     c, D = b.x - a.x, b.offset - a.offset
     k = ((c - D) * (c + D) + (a.y - b.y) * (a.y + b.y)) / 2
@@ -191,7 +195,7 @@ def _crossing(windows: Any, new: int, old: int, low: float, high: float) -> floa
         if abs(_gain(windows, new, old, t)) <= 4 * TIE * length_to(a, t):
             return t
     falls, t = _gain(windows, new, old, high) < 0, (low + high) / 2
-    while low < t < high:  # where rounding has spoiled the roots
+    while low < t < high:  # both roots are inaccurate
         if (_gain(windows, new, old, t) < 0) == falls:
             high = t
         else:

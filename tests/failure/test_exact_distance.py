@@ -1,0 +1,64 @@
+"""Exact distances: limits, targets and meshes that they refuse; loops over faces of zero area end."""
+
+import numpy as np
+import pytest
+
+from geomhw.errors import FieldError, MeshError
+from geomhw.geodesic.exact import ExactDistance
+from geomhw.mesh.primitives import grid
+from geomhw.mesh.surface_points import face_point
+from geomhw.mesh.triangle_mesh import TriangleMesh
+from support.hostile import hostile
+
+
+@pytest.mark.parametrize("limit", [-1.0, float("nan")])
+def test_limit_is_a_length(limit: float) -> None:
+    with pytest.raises(FieldError, match="limit"):
+        ExactDistance(grid(2, 2)).from_vertices([0], limit=limit)
+    with pytest.raises(FieldError, match="limit"):
+        ExactDistance(grid(2, 2)).matrix(limit)
+
+
+@pytest.mark.parametrize("targets", [[9], [-1], [0.5]])
+def test_targets_are_vertices(targets: list[int]) -> None:
+    with pytest.raises(FieldError, match="vertex"):
+        ExactDistance(grid(2, 2)).from_vertices([0], targets=targets)
+
+
+@pytest.mark.parametrize("name", ["huge_150", "tiny_150", "tiny_310"])
+def test_range_of_coordinates(name: str) -> None:
+    with pytest.raises(MeshError, match="unit of length"):
+        ExactDistance(hostile(name))
+
+
+def test_targets_out_of_reach() -> None:
+    """A target on another component has distance inf, and all others are computed."""
+    mesh = hostile("two_ways")
+    solver = ExactDistance(mesh)
+    other = mesh.n_vertices - 1
+    found = solver.from_vertices([0], targets=[other])["distance"]
+    np.testing.assert_array_equal(found, solver.from_vertices([0])["distance"])
+    assert np.isinf(found[other])
+
+
+def test_limit_below_all_vertices() -> None:
+    """Within a limit that reaches no vertex, the report has no farthest vertex."""
+    mesh = grid(2, 2)
+    result = ExactDistance(mesh).from_sources(face_point(mesh, 0), limit=1e-3)
+    assert np.isinf(result["distance"]).all()
+    assert result.report["farthest"] is None
+    assert result.report["vertices_beyond"] == 9
+
+
+def test_all_vertices_in_one_place() -> None:
+    """On a mesh of no extent all distances are 0."""
+    mesh = TriangleMesh(np.zeros((6, 3)), [[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 5], [2, 3, 5], [1, 2, 4]])
+    assert not ExactDistance(mesh).from_vertices([0])["distance"].any()
+
+
+def test_closed_strip_of_zero_width() -> None:
+    """Windows that circle a tube of zero width end."""
+    tube = hostile("tube")
+    flat = TriangleMesh(tube.vertices * [0, 0, 1], tube.faces)
+    found = ExactDistance(flat).from_vertices([0])["distance"]
+    np.testing.assert_allclose(found, abs(flat.vertices[:, 2] - flat.vertices[0, 2]), rtol=1e-12)
