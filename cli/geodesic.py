@@ -1,18 +1,22 @@
-"""``geomhw geodesic``: geodesic distance by the heat method."""
+"""``geomhw geodesic``: geodesic distance by the heat method, or exact."""
 
-from functools import partial
+from math import inf
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from geomhw.options import HEAT_METHOD, Boundary, GeodesicPanel
+from geomhw.options import HEAT_METHOD, Boundary, DistanceMethodName, GeodesicPanel
 from geomhw_cli import options
-from geomhw_cli.options import FILE, Choice, OptionGroup, choice, command, flag, option
-from geomhw_cli.runtime.distance_batch import compute_distances
+from geomhw_cli.options import FILE, Choice, OptionGroup, choice, command, flag, is_given, option
+from geomhw_cli.runtime.distance_batch import compute_distances, compute_matrix
 from geomhw_cli.runtime.job import Job, robust_line
+from geomhw_cli.specs.distance_methods import DistanceMethod
 from geomhw_cli.specs.queries import DistanceQueries
-from geomhw_cli.specs.sources import SourceSpecs, shortened, source_line
+from geomhw_cli.specs.sources import MAX_IN_LINE, MAX_REPORTED, SourceSpecs, shortened, source_line
+
+if TYPE_CHECKING:
+    from geomhw.results import Result
 
 
 @command(
@@ -26,6 +30,29 @@ from geomhw_cli.specs.sources import SourceSpecs, shortened, source_line
             "FILE",
             FILE,
             "Distances to all vertices from one set of sources per line: -o D.npy.",
+        ),
+    ),
+    OptionGroup(
+        "Method",
+        choice(
+            "--method method_name",
+            DistanceMethodName,
+            "heat: the heat method. exact: the shortest paths on the triangles, exact up to rounding, on any mesh.",
+        ),
+        option(
+            "--limit",
+            "R",
+            click.FloatRange(min=0),
+            "Largest distance; larger ones are inf and take no time. For --method exact.",
+        ),
+        option(
+            "--to",
+            "SPEC",
+            str,
+            "Vertices whose distances are wanted, written as in --source. Larger distances than theirs are inf and "
+            "take no time. For --method exact.",
+            multiple=True,
+            callback=lambda _context, _option, texts: SourceSpecs.parse(texts),
         ),
     ),
     OptionGroup(
@@ -63,6 +90,7 @@ from geomhw_cli.specs.sources import SourceSpecs, shortened, source_line
             default=HEAT_METHOD,
             help="Panel of the picture. May be repeated.",
         ),
+        option("--beyond", "VALUE", float, "Written in place of infinite distances.", default=inf),
         flag("--single", "Single precision, with --all-pairs, --pairs or --sources."),
     ),
     options.REPORT,
@@ -73,13 +101,17 @@ def geodesic(
     all_pairs: bool,
     pairs: Path | None,
     source_file: Path | None,
+    method_name: DistanceMethodName,
+    limit: float | None,
+    to: SourceSpecs,
     method: dict[str, Any],
     files: dict[str, Any],
     panels: tuple[str, ...],
+    beyond: float,
     single: bool,
     report: dict[str, Any],
 ) -> None:
-    """Compute geodesic distance on MESH by the heat method.
+    """Compute geodesic distance on MESH by the heat method, or exact distance.
 
     Distances are from the nearest of the source points. Without -o, writes <stem>.geodesic.vtk and .png to the current
     directory. With -o, writes those files, and a picture only with --png.
@@ -89,34 +121,78 @@ def geodesic(
     Arrays per face:   heat_gradient, direction (-grad u / |grad u|).
 
     The error of the heat method is a few percent, and largest near the source. --refine reduces it to a few tenths of
-    a percent.
+    a percent. --method exact has no error but rounding, and writes the array distance only.
 
     With --robust, arrays per vertex are computed on the intrinsic Delaunay triangulation. Arrays per face are computed
     from u on the faces of MESH, and are zero on faces of zero area.
 
     --all-pairs, --pairs and --sources write distances only, one row per set of sources, in memory that does not grow
-    with the number of rows. An interrupted run leaves D.partial.npy; the same command resumes it.
+    with the number of rows. An interrupted run leaves D.partial.npy; the same command resumes it. --all-pairs with
+    --limit and -o D.npz writes a sparse symmetric matrix, in which entries are stored within the limit, zeros included.
 
     \b
     Examples:
       geomhw geodesic data/creature.obj --source 0 -o creature.vtp --png creature.png
       geomhw geodesic data/strip.off --source boundary --source face:17:0.2,0.3,0.5 --no-png
       geomhw geodesic data/creature.obj --all-pairs -o D.npy
+      geomhw geodesic data/creature.obj --method exact --source 0 --limit 0.5 --beyond -1 -o near.vtp
     """
-    others = {"--source": sources.specs, "--png": files["png"]}
+    chosen = DistanceMethod.parse(method_name, method, limit)
+    others = {"--source": sources.specs, "--to": to.specs, "--png": files["png"]}
     if queries := DistanceQueries.parse(all_pairs, pairs, source_file, single, others):
-        dtype = "<f4" if single else "<f8"
-        compute_distances(Job("geodesic", mesh_path, files["outputs"], **report), queries, dtype, method)
+        job = Job("geodesic", mesh_path, files["outputs"], **report)
+        if all_pairs and limit is not None and [path.suffix.lower() for path in job.outputs] == [".npz"]:
+            compute_matrix(job, limit)
+        else:
+            compute_distances(job, queries, "<f4" if single else "<f8", chosen, beyond)
         return
-    from geomhw.geodesic.heat_method import HeatDistance
-    from geomhw.render.pictures import geodesic_picture
+    job = Job.plan("geodesic", mesh_path, [*sources.paths, *to.paths], **files, **report)
+    if chosen.name == "exact":
+        _exact(job, sources, to, chosen.settings["limit"], beyond, panels)
+    else:
+        _heat(job, sources, chosen, beyond, panels)
 
-    job = Job.plan("geodesic", mesh_path, sources.paths, **files, **report)
+
+def _exact(
+    job: Job, sources: SourceSpecs, to: SourceSpecs, limit: float, beyond: float, panels: tuple[str, ...]
+) -> None:
+    """Compute, write and report exact distances."""
+    if is_given("panels") and set(panels) != {"distance"}:
+        raise click.UsageError("--method exact draws --panel distance only.")
+    from geomhw.geodesic.exact import ExactDistance
+
+    mesh = job.read()
+    points, targets = sources.resolve(mesh), to.vertices(mesh) if to.specs else []
+    with job.stage("connectivity"):
+        solver = ExactDistance(mesh)
+    with job.stage("compute"):
+        result = solver.from_sources(points, limit, targets)
+    _write(job, result, beyond, ("distance",))
+    answers = result.report
+    lines = [source_line(answers["sources"])]
+    if farthest := answers["farthest"]:
+        lines.append(f"farthest: vertex {farthest['vertex']} at {farthest['distance']:.10g}")
+    if len(targets):
+        reached = [(v, float(result["distance"][v])) for v in targets[:MAX_REPORTED]]
+        answers = {**answers, "targets": [{"vertex": v, "distance": d if d < inf else None} for v, d in reached]}
+        lines += [f"target: vertex {v} at {d:.10g}" for v, d in reached[:MAX_IN_LINE]]
+    if limit < inf:
+        answers = {**answers, "limit": limit}
+    if beyond_limit := answers.get("vertices_beyond"):
+        lines.append(f"beyond: {beyond_limit} vertices, whose distance is {beyond:g}")
+    lines += _unreachable(answers, beyond)
+    job.finish(mesh, shortened(answers), lines)
+
+
+def _heat(job: Job, sources: SourceSpecs, method: DistanceMethod, beyond: float, panels: tuple[str, ...]) -> None:
+    """Compute, write and report distances by the heat method."""
+    from geomhw.geodesic.heat_method import HeatDistance
+
     mesh = job.read()
     with job.stage("compute"):
-        solver = HeatDistance(mesh, **method)
+        solver = HeatDistance(mesh, **method.settings)
         result = solver.from_sources(sources.resolve(mesh))
-    job.write(result, partial(geodesic_picture, panels=panels))
+    _write(job, result, beyond, panels)
     answers = result.report
     farthest, t = answers["farthest"], answers["time"]
     lines = [
@@ -130,11 +206,33 @@ def geodesic(
         lines.append("refined: by unfolding from triangle to triangle")
     if wrong := answers.get("too_short_distances"):
         lines.append(f"warning: {wrong} distances are less than half the straight line: wrong; compute with --robust")
-    if unreached := answers["unreachable_vertices"]:
-        lines.append(f"warning: {unreached} vertices lie on components without a source; their distance is inf")
+    lines += _unreachable(answers, beyond)
     if raised := answers.get("below_zero"):
         lines.append(
             f"warning: {raised['vertices']} vertices came out below zero, the lowest at {raised['lowest']:.4g}; "
             "they have the straight distance through space to the nearest source instead"
         )
     job.finish(mesh, shortened(answers) | {"profile": {"seconds": solver.stages.seconds}}, lines)
+
+
+def _write(job: Job, result: "Result", beyond: float, panels: tuple[str, ...]) -> None:
+    """Write a result, with a value in place of infinite distances, and draw it as it is."""
+    from dataclasses import replace
+
+    from geomhw.render.pictures import geodesic_picture
+    from geomhw.results import Field
+
+    written = result
+    if beyond != inf:
+        distance = result["distance"].copy()
+        distance[distance == inf] = beyond
+        fields = [Field("distance", "vertex", distance) if f.name == "distance" else f for f in result.fields]
+        written = replace(result, fields=fields)
+    job.write(written, lambda _written, width: geodesic_picture(result, width=width, panels=panels))
+
+
+def _unreachable(answers: dict[str, Any], beyond: float) -> list[str]:
+    """The warning of vertices that no path reaches."""
+    if unreached := answers.get("unreachable_vertices"):
+        return [f"warning: {unreached} vertices lie on components without a source; their distance is {beyond:g}"]
+    return []

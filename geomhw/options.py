@@ -5,6 +5,8 @@ from typing import Literal
 #: What holds at the boundary of an open mesh while heat flows: no flux, temperature zero, or the mean of both
 #: [GIH, sec. 3.4].
 Boundary = Literal["neumann", "dirichlet", "average"]
+#: How geodesic distances are computed: by the heat method, or exactly on the polyhedral surface.
+DistanceMethodName = Literal["heat", "exact"]
 #: How linear systems are solved: by what is faster for the size and the number of solutions, by iteration, or by
 #: factorization.
 SolverName = Literal["auto", "multigrid", "direct"]

@@ -1,12 +1,13 @@
 """Distances for many queries on one mesh, written block by block to a file from which an interrupted run resumes."""
 
-from math import prod
+from math import inf, prod
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from geomhw_cli.runtime.job import Job, robust_line
 from geomhw_cli.runtime.progress import progress
+from geomhw_cli.specs.distance_methods import DistanceMethod
 from geomhw_cli.specs.queries import DistanceQueries, ResolvedQueries
 
 if TYPE_CHECKING:
@@ -14,21 +15,21 @@ if TYPE_CHECKING:
     from geomhw.io import ResumableFile
 
 
-def compute_distances(job: Job, queries: DistanceQueries, dtype: str, method: dict[str, Any]) -> None:
+def compute_distances(job: Job, queries: DistanceQueries, dtype: str, method: DistanceMethod, beyond: float) -> None:
     """Compute the distances and write them to the output of the job, which must be one file.
 
-    dtype: ``<f4`` or ``<f8``. method: arguments of `HeatDistance`. Blocks depend on the mesh alone, so that a resumed
-    run writes the same bytes.
+    dtype: ``<f4`` or ``<f8``. beyond: the value for infinite distances. Blocks depend on the mesh alone, so that a
+    resumed run writes the same bytes.
     """
-    from geomhw.geodesic.heat_method import HeatDistance, block_size
+    from geomhw.geodesic.heat_method import block_size
 
     _check_files(job, queries)
     mesh = job.read()
     resolved = queries.resolve(mesh)
     with job.stage("set up"):
-        solver = HeatDistance(mesh, **method, queries=resolved.count)
-        solver.prepare()
-    run = {"mesh": mesh.digest, "question": queries.option, "sources": queries.digest, "precision": dtype, **method}
+        solver = method.solver(mesh, resolved.count)
+    run = {"mesh": mesh.digest, "question": queries.option, "sources": queries.digest, "precision": dtype}
+    run |= method.report() | ({"beyond": str(beyond)} if beyond != inf else {})
     partial = _open_partial(job, run, resolved.shape(mesh), dtype)
     resumed, size = partial.done, block_size(mesh.n_vertices)
     statistics = {"largest_distance": 0.0, "unreachable": 0, **partial.note}
@@ -38,9 +39,10 @@ def compute_distances(job: Job, queries: DistanceQueries, dtype: str, method: di
                 for first in range(resumed, resolved.count, size):
                     last = min(first + size, resolved.count)
                     with job.stage("compute"):
-                        values = resolved.distances(solver, first, last)
+                        values = resolved.distances(mesh, method.rows(solver), first, last)
                     with job.stage("write"):
                         _update(statistics, values)
+                        values[values == inf] = beyond
                         partial.append(values.astype(dtype).tobytes(), last, statistics)
                     bar(last / resolved.count)
             with job.stage("write"):
@@ -62,17 +64,40 @@ def compute_distances(job: Job, queries: DistanceQueries, dtype: str, method: di
         "numbers": "single" if dtype == "<f4" else "double",
         **statistics,
         **solver.settings(),
+        **({"limit": limit} if (limit := method.settings.get("limit", inf)) < inf else {}),
     }
     lines = [
         f"sources: {resolved.count}" + (f", of which {resumed} were there" if resumed else ""),
-        f"time: t = {report['time']['t']:.6g} ({report['time']['reason']})",
         f"largest: {report['largest_distance']:.10g}",
     ]
+    if "time" in report:
+        lines.insert(1, f"time: t = {report['time']['t']:.6g} ({report['time']['reason']})")
     if "robust" in report:
         lines.append(robust_line(report["robust"]))
     if report["unreachable"]:
-        lines.append(f"warning: {report['unreachable']} distances are inf, to components without the source")
+        where = "beyond the limit" if report.get("limit") else "to components without the source"
+        lines.append(f"warning: {report['unreachable']} distances are {beyond:g}, {where}")
     job.finish(mesh, report, lines)
+
+
+def compute_matrix(job: Job, limit: float) -> None:
+    """Write the sparse matrix of exact distances between all vertices within a limit to the output of the job."""
+    from geomhw.geodesic.exact import ExactDistance
+    from geomhw.io import check_outputs, write_matrix
+
+    check_outputs(job.outputs, [job.mesh_path], extensions=[".npz"])
+    mesh = job.read()
+    with job.stage("set up"):
+        solver = ExactDistance(mesh)
+    with job.stage("compute"):
+        matrix = solver.matrix(limit)
+    with job.stage("write"):
+        write_matrix(job.outputs[0], matrix)
+    job.written.append(str(job.outputs[0]))
+    n, stored, largest = mesh.n_vertices, matrix.nnz, float(matrix.data.max(initial=0.0))
+    report = {"question": "all-pairs", "queries": n, "shape": [n, n], "stored": stored, "largest_distance": largest}
+    lines = [f"sources: {n}", f"stored: {stored} distances within {limit:g}", f"largest: {largest:.10g}"]
+    job.finish(mesh, {**report, **solver.settings(), "limit": limit}, lines)
 
 
 def _check_files(job: Job, queries: DistanceQueries) -> None:

@@ -1,6 +1,6 @@
 """Queries for distances from many sources: all pairs of vertices, the pairs of a file, or the source sets of a file."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -13,7 +13,6 @@ from geomhw_cli.specs.sources import SourcePair, SourceSpecs, source_lines, sour
 
 if TYPE_CHECKING:
     from geomhw.arrays import Floats, Ints
-    from geomhw.geodesic.heat_method import HeatDistance
     from geomhw.mesh.surface_points import SurfacePoints
     from geomhw.mesh.triangle_mesh import TriangleMesh
 
@@ -90,20 +89,29 @@ class ResolvedQueries:
         """Shape of all distances: (sets, n), or (pairs,)."""
         return (self.count, mesh.n_vertices) if self.lines is None else (len(self.lines),)
 
-    def distances(self, solver: "HeatDistance", first: int, last: int) -> "Floats":
-        """Distances from the sets ``first`` to ``last`` - 1, in order."""
+    def distances(
+        self,
+        mesh: "TriangleMesh",
+        rows_of: "Callable[[Sequence[SurfacePoints], Sequence[Ints] | None], Floats]",
+        first: int,
+        last: int,
+    ) -> "Floats":
+        """Distances from the sets ``first`` to ``last`` - 1, in order.
+
+        rows_of: returns rows of distances from sets of sources, to the vertices wanted from each.
+        """
         import numpy as np
 
         from geomhw.mesh.surface_points import vertex_points
 
         if self.sets is not None:
-            rows = solver.rows(self.sets[first:last])
+            rows = rows_of(self.sets[first:last], self.targets and self.targets[first:last])
         else:
             # A vertex without faces reaches only itself.
-            rows = np.full((last - first, solver.mesh.n_vertices), np.inf)
+            rows = np.full((last - first, mesh.n_vertices), np.inf)
             rows[np.arange(last - first), np.arange(first, last)] = 0.0
-            used = np.setdiff1d(np.arange(first, last), solver.mesh.unreferenced_vertices)
-            rows[used - first] = solver.rows([vertex_points(solver.mesh, [v]) for v in used.tolist()])
+            used = np.setdiff1d(np.arange(first, last), mesh.unreferenced_vertices)
+            rows[used - first] = rows_of([vertex_points(mesh, [v]) for v in used.tolist()], None)
         if self.targets is None:
             return rows
         return np.concatenate([row[to] for row, to in zip(rows, self.targets[first:last], strict=True)])

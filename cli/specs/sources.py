@@ -95,6 +95,13 @@ class SourceSpecs:
             return vertex_points(mesh, [default_source(mesh)])
         return concatenate([spec.resolve(mesh) for spec in self.specs])
 
+    def vertices(self, mesh: "TriangleMesh") -> list[int]:
+        """Find the vertices that the specs name. Raises FieldError for a point within a face."""
+        points = self.resolve(mesh)
+        if len(points.within_faces):
+            raise FieldError("a target must be a vertex, not a point within a face")
+        return [int(v) for v in points.vertices]
+
 
 class SourcePair(NamedTuple):
     """A source, a second point, their words in the file, and for messages the file and line."""

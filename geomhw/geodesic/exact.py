@@ -131,12 +131,20 @@ class ExactDistance:
         front.distance[front.distance > radius] = inf
         return Arrivals(front.distance, front.origin, front.halfedge, front.entry)
 
-    def rows(self, queries: Sequence[SurfacePoints], limit: float = inf) -> Floats:
-        """Return the distances from each of k sets of sources, (k, n), computed in parallel."""
+    def rows(
+        self,
+        queries: Sequence[SurfacePoints],
+        limit: float = inf,
+        targets: Sequence[Sequence[int] | Ints] | None = None,
+    ) -> Floats:
+        """Return the distances from each of k sets of sources, (k, n), computed in parallel.
+
+        targets : for each set, the vertices whose distances are wanted, as in `from_sources`; by default all.
+        """
         rows = np.empty((len(queries), self.mesh.n_vertices))
 
         def compute(k: int) -> None:
-            rows[k] = self.arrivals(queries[k], limit).distance
+            rows[k] = self.arrivals(queries[k], limit, targets[k] if targets else ()).distance
 
         with ThreadPoolExecutor(cpu_count()) as threads:
             list(threads.map(compute, range(len(queries))))

@@ -28,6 +28,7 @@ COMMANDS = {
     "multigrid": ["geodesic", "m.off", "-o", "out.vtu", "--solver", "multigrid"],
     "refine": ["geodesic", "m.off", "-o", "out.vtu", "--refine"],
     "robust": ["geodesic", "m.off", "-o", "out.vtu", "--robust"],
+    "exact": ["geodesic", "m.off", "-o", "out.vtu", "--method", "exact"],
     "vecdiffuse": ["vecdiffuse", "m.off", "-o", "out.vtu"],
     "intrinsic": ["vecdiffuse", "m.off", "-o", "out.vtu", "--connection", "intrinsic"],
     "vecrobust": ["vecdiffuse", "m.off", "-o", "out.vtu", "--robust"],
@@ -36,7 +37,7 @@ COMMANDS = {
     "fluid": [*FLOWING, "--steps", "2", "-o", "out.pvd", "--csv", "out.csv"],
     "helmholtz": ["helmholtz", "m.off", "--field", "wind.npy", "-o", "out.vtu"],
 }
-DISTANCES, VECTORS = ("geodesic", "multigrid", "refine", "robust"), ("vecdiffuse", "intrinsic", "vecrobust")
+DISTANCES, VECTORS = ("geodesic", "multigrid", "refine", "robust", "exact"), ("vecdiffuse", "intrinsic", "vecrobust")
 FACE_FIELDS = ("advect", "tracers", "fluid", "helmholtz")
 NOT_ROBUST = ("geodesic", "multigrid", "refine", "vecdiffuse", "intrinsic", *FACE_FIELDS)
 

@@ -1,0 +1,64 @@
+"""The choice between the heat method and exact distances, the options of each, and their solvers."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from math import inf
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from geomhw.options import DistanceMethodName
+from geomhw_cli.options import is_given
+
+if TYPE_CHECKING:
+    from geomhw.arrays import Floats, Ints
+    from geomhw.geodesic.exact import ExactDistance
+    from geomhw.geodesic.heat_method import HeatDistance
+    from geomhw.mesh.surface_points import SurfacePoints
+    from geomhw.mesh.triangle_mesh import TriangleMesh
+
+#: Options of one method only, by parameter name.
+HEAT_OPTIONS, EXACT_OPTIONS = ("time", "robust", "refine", "boundary", "solver"), ("limit", "to")
+
+
+@dataclass(frozen=True)
+class DistanceMethod:
+    """A method, and the values of its options: arguments of `HeatDistance`, or ``limit``."""
+
+    name: DistanceMethodName
+    settings: dict[str, Any]
+
+    @classmethod
+    def parse(cls, name: DistanceMethodName, heat: dict[str, Any], limit: float | None) -> "DistanceMethod":
+        """Read the options of the current command. Raises UsageError for an option of the other method."""
+        other, options = ("heat", HEAT_OPTIONS) if name == "exact" else ("exact", EXACT_OPTIONS)
+        if given := next((option for option in options if is_given(option)), None):
+            raise click.UsageError(f"--{given} is for --method {other}.")
+        return cls(name, heat if name == "heat" else {"limit": inf if limit is None else limit})
+
+    def report(self) -> dict[str, Any]:
+        """Return what identifies the method in the record of a resumable run."""
+        return self.settings if self.name == "heat" else {"method": self.name, **self.settings}
+
+    def solver(self, mesh: "TriangleMesh", queries: int = 1) -> "HeatDistance | ExactDistance":
+        """Return the solver on a mesh for about this number of queries."""
+        if self.name == "exact":
+            from geomhw.geodesic.exact import ExactDistance
+
+            return ExactDistance(mesh)
+        from geomhw.geodesic.heat_method import HeatDistance
+
+        solver = HeatDistance(mesh, **self.settings, queries=queries)
+        if queries > 1:
+            solver.prepare()
+        return solver
+
+    def rows(
+        self, solver: "HeatDistance | ExactDistance"
+    ) -> "Callable[[Sequence[SurfacePoints], Sequence[Ints] | None], Floats]":
+        """Return the function from sets of sources, and the vertices wanted from each or None, to rows of distances."""
+        from geomhw.geodesic.heat_method import HeatDistance
+
+        if isinstance(solver, HeatDistance):
+            return lambda sets, _targets: solver.rows(sets)
+        return lambda sets, targets: solver.rows(sets, self.settings["limit"], targets)
