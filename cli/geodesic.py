@@ -6,17 +6,21 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from geomhw.background import submit
 from geomhw.options import HEAT_METHOD, Boundary, DistanceMethodName, GeodesicPanel
 from geomhw_cli import options
 from geomhw_cli.options import FILE, Choice, OptionGroup, choice, command, flag, is_given, option
 from geomhw_cli.runtime.distance_batch import compute_distances, compute_matrix
-from geomhw_cli.runtime.job import Job, robust_line
+from geomhw_cli.runtime.job import Job, robust_line, time_line
 from geomhw_cli.specs.distance_methods import DistanceMethod
 from geomhw_cli.specs.queries import DistanceQueries
 from geomhw_cli.specs.sources import MAX_IN_LINE, MAX_REPORTED, SourceSpecs, shortened, source_line
 
 if TYPE_CHECKING:
     from geomhw.results import Result
+
+#: Mean and largest relative errors of distances from which the report warns.
+MEAN_WARNED, LARGEST_WARNED = 0.05, 0.1
 
 
 @command(
@@ -69,7 +73,13 @@ if TYPE_CHECKING:
         click.Option(
             ["--refine/--no-refine"],
             default=None,
-            help="Correct the distances by unfolding triangle after triangle.  [default: with --robust]",
+            help="Replace the distances by exact ones; the other arrays stay those of heat.  [default: with --robust]",
+        ),
+        click.Option(
+            ["--bound/--no-bound"],
+            default=True,
+            help="Clamp distances by heat to the shortest path along edges and, where they are not positive, to the "
+            "straight line.  [default: --bound]",
         ),
         choice(
             "--boundary",
@@ -120,8 +130,9 @@ def geodesic(
     Arrays per vertex: heat, divergence, distance (inf on components without a source).
     Arrays per face:   heat_gradient, direction (-grad u / |grad u|).
 
-    The error of the heat method is a few percent, and largest near the source. --refine reduces it to a few tenths of
-    a percent. --method exact has no error but rounding, and writes the array distance only.
+    The error of the heat method is a few percent, and largest near the source. The report compares the distances with
+    exact ones at up to 50,000 vertices nearest to the source. --refine makes them exact. --method exact writes the
+    array distance only.
 
     With --robust, arrays per vertex are computed on the intrinsic Delaunay triangulation. Arrays per face are computed
     from u on the faces of MESH, and are zero on faces of zero area.
@@ -186,32 +197,26 @@ def _exact(
 
 def _heat(job: Job, sources: SourceSpecs, method: DistanceMethod, beyond: float, panels: tuple[str, ...]) -> None:
     """Compute, write and report distances by the heat method."""
+    from geomhw.geodesic.accuracy import distance_errors
     from geomhw.geodesic.heat_method import HeatDistance
 
     mesh = job.read()
     with job.stage("compute"):
-        solver = HeatDistance(mesh, **method.settings)
-        result = solver.from_sources(sources.resolve(mesh))
+        solver, points = HeatDistance(mesh, **method.settings), sources.resolve(mesh)
+        result = solver.from_sources(points)
+    answers, distance = result.report, result["distance"]
+    errors = submit(lambda: {} if answers["refined"] else distance_errors(mesh, points, distance))
     _write(job, result, beyond, panels)
-    answers = result.report
-    farthest, t = answers["farthest"], answers["time"]
+    answers = {**answers, "accuracy": {"exact": answers["refined"], **errors.result()}}
+    farthest = answers["farthest"]
     lines = [
         source_line(answers["sources"]),
-        f"time: t = {t['t']:.6g} ({t['reason']})",
+        time_line(answers["time"]),
         f"farthest: vertex {farthest['vertex']} at {farthest['distance']:.10g}",
     ]
     if "robust" in answers:
         lines.append(robust_line(answers["robust"]))
-    if answers["refined"]:
-        lines.append("refined: by unfolding from triangle to triangle")
-    if wrong := answers.get("too_short_distances"):
-        lines.append(f"warning: {wrong} distances are less than half the straight line: wrong; compute with --robust")
-    lines += _unreachable(answers, beyond)
-    if raised := answers.get("below_zero"):
-        lines.append(
-            f"warning: {raised['vertices']} vertices came out below zero, the lowest at {raised['lowest']:.4g}; "
-            "they have the straight distance through space to the nearest source instead"
-        )
+    lines += _accuracy(answers) + _unreachable(answers, beyond)
     job.finish(mesh, shortened(answers) | {"profile": {"seconds": solver.stages.seconds}}, lines)
 
 
@@ -236,3 +241,32 @@ def _unreachable(answers: dict[str, Any], beyond: float) -> list[str]:
     if unreached := answers.get("unreachable_vertices"):
         return [f"warning: {unreached} vertices lie on components without a source; their distance is {beyond:g}"]
     return []
+
+
+def _accuracy(answers: dict[str, Any]) -> list[str]:
+    """Return the lines of a report about the errors of distances, and where they were clamped."""
+    accuracy, lines = answers["accuracy"], []
+    if accuracy["exact"]:
+        return ["accuracy: exact on the polyhedral surface, up to rounding"]
+    if "mean" in accuracy:
+        where = f" within {accuracy['within']:.6g} of the source" if "within" in accuracy else ""
+        text = f"{accuracy['mean']:.2%} off on average{where}, {accuracy['largest']:.1%} at vertex {accuracy['vertex']}"
+        off = accuracy["mean"] > MEAN_WARNED or accuracy["largest"] > LARGEST_WARNED
+        lines.append(f"warning: distances are {text}; --refine makes them exact" if off else f"accuracy: {text}")
+    if cold := answers.get("non_positive_heat"):
+        lines.append(
+            f"warning: heat is not positive at {cold} vertices, because of obtuse faces; compute with --robust"
+        )
+    clamped = "clamped to that" if answers["bounded"] else "left as they are"
+    if long := answers.get("beyond_edge_paths"):
+        share = f"{long['most']:.1%}"
+        lines.append(
+            f"bound: {long['vertices']} distances were up to {share} longer than a path along edges; {clamped}"
+        )
+    if raised := answers.get("below_zero"):
+        instead = "clamped to the straight line to the source" if answers["bounded"] else "left as they are"
+        lines.append(
+            f"warning: {raised['vertices']} distances came out at or below zero, the lowest at {raised['lowest']:.4g}; "
+            f"{instead}"
+        )
+    return lines

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from geomhw_cli.runtime.job import Job, robust_line
+from geomhw_cli.runtime.job import Job, robust_line, time_line
 from geomhw_cli.runtime.progress import progress
 from geomhw_cli.specs.distance_methods import DistanceMethod
 from geomhw_cli.specs.queries import DistanceQueries, ResolvedQueries
@@ -71,7 +71,7 @@ def compute_distances(job: Job, queries: DistanceQueries, dtype: str, method: Di
         f"largest: {report['largest_distance']:.10g}",
     ]
     if "time" in report:
-        lines.insert(1, f"time: t = {report['time']['t']:.6g} ({report['time']['reason']})")
+        lines.insert(1, time_line(report["time"]))
     if "robust" in report:
         lines.append(robust_line(report["robust"]))
     if report["unreachable"]:

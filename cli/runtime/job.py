@@ -145,6 +145,11 @@ def print_json(report: Mapping[str, Any]) -> None:
     click.echo(json.dumps(report, indent=2, allow_nan=False))
 
 
+def time_line(time: Mapping[str, Any]) -> str:
+    """The report of a diffusion time in one line, as a multiple of h² first."""
+    return f"time: t = {time['t_over_h2']:.6g} h² = {time['t']:.6g} ({time['reason']})"
+
+
 def robust_line(report: Mapping[str, Any]) -> str:
     """The report of a `RobustTriangulation` in one line."""
     parts = [f"edge flips {report['edge_flips']}, rounds {report['flip_rounds']}"]

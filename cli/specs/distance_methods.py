@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from geomhw.mesh.triangle_mesh import TriangleMesh
 
 #: Options of one method only, by parameter name.
-HEAT_OPTIONS, EXACT_OPTIONS = ("time", "robust", "refine", "boundary", "solver"), ("limit", "to")
+HEAT_OPTIONS, EXACT_OPTIONS = ("time", "robust", "refine", "bound", "boundary", "solver"), ("limit", "to")
 
 
 @dataclass(frozen=True)

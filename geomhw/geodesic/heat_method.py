@@ -20,7 +20,6 @@ from geomhw.geodesic.poisson import DistancePoisson
 from geomhw.geodesic.source_conditions import chord_to_nearest, known_distances, source_heat
 from geomhw.geodesic.unit_field import unit_field
 from geomhw.intrinsic.robust import RobustTriangulation
-from geomhw.mesh.curvature import angle_defects
 from geomhw.mesh.orientation import without_duplicate_faces
 from geomhw.mesh.surface_points import SurfacePoints, vertex_points
 from geomhw.mesh.triangle_mesh import TriangleMesh
@@ -30,12 +29,9 @@ from geomhw.results import Field, Result
 from geomhw.stages import Stages
 
 if TYPE_CHECKING:
+    from geomhw.geodesic.exact import ExactDistance
     from geomhw.geodesic.many_sources import ManySources
-    from geomhw.geodesic.unfolding import Unfolding
 
-#: Beside a source on a coarse mesh, distances may come out a third shorter than the straight line; below this share of
-#: it, they are wrong.
-LEAST_CHORD_SHARE = 0.5
 #: Distances longer than an edge path by a smaller share are equal to it up to rounding.
 ROUNDING = 1e-12
 #: Sources in a block at most, and numbers in an array of a block: 64 MB.
@@ -56,7 +52,7 @@ class HeatDistance:
     time : diffusion time as in `time_step`.
     robust : whether to compute on the intrinsic Delaunay triangulation, where heat is nowhere negative and faces of
         zero area do no harm. h is then the mean edge length there.
-    refine : whether to correct the distances by `Unfolding`; by default with ``robust``.
+    refine : whether to replace the distances by those of `ExactDistance`; by default with ``robust``.
     bound : whether to clamp plain distances to the shortest path along edges and, where they are not positive, to the
         straight line to the source; without, they are those of algorithm 1 as the paper has it.
     boundary : how heat meets the boundary, as in `HeatStep`; ``average`` is most accurate next to it.
@@ -152,12 +148,12 @@ class HeatDistance:
         with stage("directions and divergence"):  # II. X = -∇u/|∇u|
             gradients, X = unit_field(surface, u, sources.vertices)
             div = divergence_of(surface, X)
+        findings: dict[str, Any] = {}
         with stage("distance"):  # III. Sφ = -Div X
-            phi = self._poisson(div, sources, known, u)
-            phi, findings = self._bounded(phi, sources, known, paths)
-        if self._refine:
-            with stage("unfolding"):
-                phi, findings = self._unfolded(sources, phi), {}
+            if self._refine:
+                phi = np.asarray(self._exact.from_sources(sources)["distance"])
+            else:
+                phi, findings = self._bounded(self._poisson(div, sources, known, u), sources, known, paths)
         with stage("results"):
             if surface is not mesh:
                 gradients, X = unit_field(mesh, u, sources.vertices)
@@ -178,6 +174,10 @@ class HeatDistance:
         Sets of one vertex are solved in blocks where systems are factored, at a fraction of the time.
         """
         rows = np.empty((len(queries), self.mesh.n_vertices))
+        if self._refine:
+            for k, sources in enumerate(queries):
+                rows[k] = self._exact.from_sources(sources)["distance"]
+            return rows
         single = [k for k, sources in enumerate(queries) if len(sources) == len(sources.vertices) == 1]
         left = set(range(len(queries)))
         if len(single) > 1 and self._many_sources:
@@ -187,16 +187,13 @@ class HeatDistance:
                 phi, accurate = self._many_sources(np.array([queries[k].vertices[0] for k in block]))
                 rows[block[accurate]] = phi.T
                 left -= set(block[accurate].tolist())
-            if self._refine:
-                for k in set(single) - left:
-                    rows[k] = self._unfolded(queries[k], rows[k])
         for k in sorted(left):
             rows[k] = self.from_sources(queries[k])["distance"]
         return rows
 
     def prepare(self) -> None:
         """Factor now what would be factored on first use."""
-        if self._many_sources:
+        if not self._refine and self._many_sources:
             self._heat.factor()
 
     def settings(self) -> dict[str, Any]:
@@ -220,23 +217,10 @@ class HeatDistance:
         return ManySources(self.mesh, self._surface, self._heat, self._poisson, self.bound)
 
     @cached_property
-    def _unfolding(self) -> "Unfolding":
-        from geomhw.geodesic.unfolding import Unfolding
+    def _exact(self) -> "ExactDistance":
+        from geomhw.geodesic.exact import ExactDistance
 
-        return Unfolding(self._surface, angle_defects(self._single))
-
-    @cached_property
-    def _unfolding_of_mesh(self) -> "Unfolding":
-        from geomhw.geodesic.unfolding import Unfolding
-
-        return Unfolding(self._single, angle_defects(self._single))
-
-    def _unfolded(self, sources: SurfacePoints, distance: Floats) -> Floats:
-        """Distances corrected by unfolding, and at least the chord."""
-        # A face that holds a source belongs to the mesh, and may not exist in another triangulation.
-        unfold = self._unfolding_of_mesh if self.robust and len(sources.within_faces) else self._unfolding
-        chord = chord_to_nearest(self.mesh, sources)
-        return np.maximum(unfold(known_distances(self.mesh, sources), distance), chord)
+        return ExactDistance(self.mesh)
 
     def _bounded(
         self, distance: Floats, sources: SurfacePoints, known: Floats, paths: Floats
@@ -263,14 +247,12 @@ class HeatDistance:
             raise ConvergenceError("the distance came out undefined; look for faces of nearly no area")
         finite = np.isfinite(distance)
         farthest = int(np.where(finite, distance, -1.0).argmax())
-        too_short = int(np.count_nonzero(distance < LEAST_CHORD_SHARE * chord_to_nearest(self.mesh, sources)))
         return {
             "sources": sources.report(),
             "farthest": {"vertex": farthest, "distance": float(distance[farthest])},
             "mean_distance": float(distance[finite].mean()),
             "unreachable_vertices": int(np.count_nonzero(~finite & self._heat.surface)),
             **self.settings(),
-            **({"too_short_distances": too_short} if too_short else {}),
         }
 
 

@@ -7,10 +7,7 @@ from geomhw.flow.initial_fields import rigid_field
 from geomhw.fluid.conservative import ConservativeScheme
 from geomhw.fluid.run import Plan, run
 from geomhw.fluid.state import FlowState, Scheme
-from geomhw.geodesic.edge_paths import edge_path_distance
 from geomhw.geodesic.heat_method import HeatDistance
-from geomhw.geodesic.unfolding import Unfolding
-from geomhw.mesh.curvature import angle_defects
 from geomhw.mesh.primitives import icosphere
 from geomhw.mesh.surface_points import SurfacePoints
 from geomhw.mesh.triangle_mesh import TriangleMesh
@@ -77,13 +74,6 @@ def errors(
     near = (exact > 0) & (exact < 3 * h)
     far = exact >= 3 * h
     return float(error[near].mean()), float(error[far].mean()), float(error[far].max())
-
-
-def unfolded(mesh: TriangleMesh, sources: list[int]) -> np.ndarray:
-    """Return distances by unfolding, in the order of edge paths."""
-    start = np.full(mesh.n_vertices, np.inf)
-    start[sources] = 0
-    return Unfolding(mesh, angle_defects(mesh))(start, edge_path_distance(mesh, np.array(sources)))
 
 
 def along_great_circles(mesh: TriangleMesh, source: int, vector: np.ndarray) -> np.ndarray:

@@ -1,12 +1,17 @@
-"""Distances by unfolding against exact distances on flat and spherical surfaces."""
+"""Refined distances against straight lines on flat surfaces and great circles."""
 
 import numpy as np
 import pytest
 
+from geomhw.geodesic.exact import ExactDistance
 from geomhw.geodesic.heat_method import HeatDistance
 from geomhw.mesh.primitives import cylinder_band, grid, icosphere
 from geomhw.mesh.triangle_mesh import TriangleMesh
-from support.exact import unfolded
+
+
+def refined(mesh: TriangleMesh, sources: list[int]) -> np.ndarray:
+    """Return refined distances on any mesh."""
+    return np.asarray(HeatDistance(mesh, robust=True).from_vertices(sources)["distance"])
 
 
 def shaken_square(seed: int) -> TriangleMesh:
@@ -24,46 +29,35 @@ def test_flat_is_exact(source: int) -> None:
     """On a convex flat mesh of any triangles the distance is the straight line."""
     mesh = shaken_square(3)
     chord = np.linalg.norm(mesh.vertices - mesh.vertices[source], axis=1)
-    np.testing.assert_allclose(unfolded(mesh, [source]), chord, rtol=1e-12)
+    np.testing.assert_allclose(refined(mesh, [source]), chord, rtol=1e-12)
 
 
 def test_cylinder_is_exact() -> None:
-    """On a cylinder the distance is the shorter straight line of its two unfoldings, except where both are alike."""
+    """On a cylinder the distance is the shorter straight line of its two unfoldings."""
     n = 24
     mesh = cylinder_band(n, 8, height=2.0)
     width = 2 * n * np.sin(np.pi / n)
     across = np.arange(mesh.n_vertices) % n * (width / n)
     up = mesh.vertices[:, 2] - mesh.vertices[0, 2]
     exact = np.minimum(np.hypot(across, up), np.hypot(width - across, up))
-    found = unfolded(mesh, [0])
-    both_ways = np.abs(across - width / 2) < 1.5 * width / n
-    np.testing.assert_allclose(found[~both_ways], exact[~both_ways], rtol=1e-12)
-    np.testing.assert_allclose(found, exact, rtol=1e-3)
-
-
-@pytest.mark.parametrize("make", [lambda: grid(9, 7), lambda: shaken_square(1)])
-def test_straight_front_is_exact(make) -> None:  # type: ignore[no-untyped-def]
-    """From one side of a square, given by its vertices, the distance is the height above it."""
-    mesh = make()
-    side = np.flatnonzero(mesh.vertices[:, 0] == mesh.vertices[:, 0].min())
-    height = mesh.vertices[:, 0] - mesh.vertices[:, 0].min()
-    np.testing.assert_allclose(unfolded(mesh, side.tolist()), height, atol=1e-12 * height.max())
+    found = refined(mesh, [0])
+    np.testing.assert_allclose(found, exact, rtol=1e-12)
 
 
 @pytest.mark.parametrize("robust", [False, True])
 def test_heat_distance_refined(robust: bool) -> None:
-    """Refined heat distances equal those by unfolding, and have less than 0.3 of the plain error."""
+    """Refined distances are exact ones, with less than 0.3 of the plain error; heat stays as it is."""
     mesh = icosphere(3)
     exact = np.arccos(np.clip(mesh.vertices @ mesh.vertices[12], -1, 1))
     plain = HeatDistance(mesh, "h2", robust=robust, refine=False).from_vertices([12])
-    refined = HeatDistance(mesh, "h2", robust=robust, refine=True).from_vertices([12])
-    assert refined.report["refined"]
+    exact_ones = HeatDistance(mesh, "h2", robust=robust, refine=True).from_vertices([12])
+    assert exact_ones.report["refined"]
     assert not plain.report["refined"]
     assert HeatDistance(mesh, "h2", robust=robust).from_vertices([12]).report["refined"] == robust
-    errors = [np.abs(result["distance"] - exact).mean() for result in (plain, refined)]
+    errors = [np.abs(result["distance"] - exact).mean() for result in (plain, exact_ones)]
     assert errors[1] < 0.3 * errors[0]
-    np.testing.assert_allclose(refined["distance"], unfolded(mesh, [12]), rtol=1e-9)
-    np.testing.assert_array_equal(refined["heat"], plain["heat"])
+    np.testing.assert_array_equal(exact_ones["distance"], ExactDistance(mesh).from_vertices([12])["distance"])
+    np.testing.assert_array_equal(exact_ones["heat"], plain["heat"])
 
 
 def test_slivers_do_not_matter() -> None:
@@ -71,7 +65,7 @@ def test_slivers_do_not_matter() -> None:
     square = grid(20, 20)
     sheared = TriangleMesh(square.vertices @ [[1, 0, 0], [10, 1, 0], [0, 0, 1]], square.faces)
     chord = np.linalg.norm(sheared.vertices - sheared.vertices[0], axis=1)
-    np.testing.assert_allclose(unfolded(sheared, [0]), chord, rtol=1e-10)
+    np.testing.assert_allclose(refined(sheared, [0]), chord, rtol=1e-10)
 
 
 def test_faces_without_area() -> None:
@@ -80,5 +74,5 @@ def test_faces_without_area() -> None:
     n = square.n_vertices
     points = np.concatenate([square.vertices, square.vertices[:1], [square.vertices[:2].mean(axis=0)]])
     faces = np.concatenate([square.faces, [[0, 1, n + 1], [0, n, 1], [n, 0, n + 1]]])
-    found = unfolded(TriangleMesh(points, faces), [5])
+    found = refined(TriangleMesh(points, faces), [5])
     np.testing.assert_allclose(found, np.linalg.norm(points - points[5], axis=1), rtol=1e-12)
