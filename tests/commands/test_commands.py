@@ -127,9 +127,10 @@ def test_other_component_is_reported() -> None:
     assert "162 vertices" in answer.stdout
     assert np.isinf(read("ball.geodesic.vtk")["distance"]).sum() == 163
     report = json.loads(run("geodesic", "ball.off", "--source", "0", "--no-png", "--json").stdout)
-    (remark,) = report["remarks"]
+    (remark,) = [remark for remark in report["remarks"] if "component" in remark]
     assert not missing(remark, "warning ... 162 vertices ... source ... inf")
-    assert json.loads(run("geodesic", "ball.off", "--source", "0,200", "--no-png", "--json").stdout)["remarks"] == []
+    both = json.loads(run("geodesic", "ball.off", "--source", "0,200", "--no-png", "--json").stdout)
+    assert "component" not in "".join(both["remarks"])
 
 
 def test_unreferenced_vertex_is_computed_on() -> None:
