@@ -32,7 +32,7 @@ class Arrivals:
         Distance from the nearest source; inf where there is no path, or beyond the limit or the targets.
     origin : (n,) integer array
         The vertex at which the last straight line of the shortest path starts, or -1-k for source k of those within
-        faces. Source vertices are their own origin. Undefined where the distance is inf, as the following.
+        faces. Source vertices are their own origin, and vertices at distance inf.
     halfedge : (n,) integer array
         3f+k where the line arrives through face f, over the edge opposite its corner k; -1 where it stays in a face of
         its origin.
@@ -108,7 +108,7 @@ class ExactDistance:
         FieldError
             If a source or target is not a vertex of the surface, or the limit is negative.
         """
-        distance = self.arrivals(sources, limit, targets).distance
+        distance = self._solved(sources, limit, targets).distance
         finite = np.isfinite(distance)
         finite_count = int(np.count_nonzero(finite))
         report: dict[str, Any] = {"sources": sources.report(), "farthest": None, "mean_distance": None}
@@ -123,13 +123,20 @@ class ExactDistance:
 
     def arrivals(self, sources: SurfacePoints, limit: float = inf, targets: Sequence[int] | Ints = ()) -> Arrivals:
         """Return distances as `from_sources` does, with the straight line by which each vertex is reached."""
+        front = self._solved(sources, limit, targets)
+        outside = np.flatnonzero(np.isinf(front.distance))
+        front.origin[outside], front.halfedge[outside], front.entry[outside] = outside, -1, 0.0
+        return Arrivals(front.distance, front.origin, front.halfedge, front.entry)
+
+    def _solved(self, sources: SurfacePoints, limit: float = inf, targets: Sequence[int] | Ints = ()) -> Front:
+        """Return the front when all distances are final, up to the limit or the targets."""
         wanted = vertex_points(self.mesh, targets).vertices if len(targets) else np.empty(0, dtype=np.int64)
         points = sources.within_faces
         front = empty_front(self._surface, len(points))
         start(front, sources.vertices, len(points))
         front, radius = self._propagated(front, points, _checked(limit), wanted)
         front.distance[front.distance > radius] = inf
-        return Arrivals(front.distance, front.origin, front.halfedge, front.entry)
+        return front
 
     def rows(
         self,
@@ -144,7 +151,7 @@ class ExactDistance:
         rows = np.empty((len(queries), self.mesh.n_vertices))
 
         def compute(k: int) -> None:
-            rows[k] = self.arrivals(queries[k], limit, targets[k] if targets else ()).distance
+            rows[k] = self._solved(queries[k], limit, targets[k] if targets else ()).distance
 
         with ThreadPoolExecutor(cpu_count()) as threads:
             list(threads.map(compute, range(len(queries))))
