@@ -8,6 +8,7 @@ import click
 from geomhw_cli.runtime.job import Job, robust_line, time_line
 from geomhw_cli.runtime.progress import progress
 from geomhw_cli.specs.distance_methods import DistanceMethod
+from geomhw_cli.specs.masks import MaskSpec, MeshPart
 from geomhw_cli.specs.queries import DistanceQueries, ResolvedQueries
 
 if TYPE_CHECKING:
@@ -15,7 +16,9 @@ if TYPE_CHECKING:
     from geomhw.io import ResumableFile
 
 
-def compute_distances(job: Job, queries: DistanceQueries, dtype: str, method: DistanceMethod, beyond: float) -> None:
+def compute_distances(
+    job: Job, queries: DistanceQueries, dtype: str, method: DistanceMethod, beyond: float, mask: MaskSpec | None
+) -> None:
     """Compute the distances and write them to the output of the job, which must be one file.
 
     dtype: ``<f4`` or ``<f8``. beyond: the value for infinite distances. Blocks depend on the mesh alone, so that a
@@ -23,9 +26,12 @@ def compute_distances(job: Job, queries: DistanceQueries, dtype: str, method: Di
     """
     from geomhw.geodesic.heat_method import block_size
 
-    _check_files(job, queries)
-    mesh = job.read()
-    resolved = queries.resolve(mesh)
+    _check_files(job, queries, mask)
+    whole = job.read()
+    part = MeshPart.of(whole, mask)
+    mesh, resolved = part.mesh, queries.resolve(whole)
+    if resolved.sets is not None:
+        resolved.sets = [part.points(points) for points in resolved.sets]
     with job.stage("set up"):
         solver = method.solver(mesh, resolved.count)
     run = {"mesh": mesh.digest, "question": queries.option, "sources": queries.digest, "precision": dtype}
@@ -77,18 +83,18 @@ def compute_distances(job: Job, queries: DistanceQueries, dtype: str, method: Di
     if report["unreachable"]:
         where = "beyond the limit" if report.get("limit") else "to components without the source"
         lines.append(f"warning: {report['unreachable']} distances are {beyond:g}, {where}")
-    job.finish(mesh, report, lines)
+    job.finish(whole, report, lines)
 
 
-def compute_matrix(job: Job, limit: float) -> None:
+def compute_matrix(job: Job, limit: float, mask: MaskSpec | None) -> None:
     """Write the sparse matrix of exact distances between all vertices within a limit to the output of the job."""
     from geomhw.geodesic.exact import ExactDistance
     from geomhw.io import check_outputs, write_matrix
 
-    check_outputs(job.outputs, [job.mesh_path], extensions=[".npz"])
+    check_outputs(job.outputs, [job.mesh_path, *([mask.path] if mask else [])], extensions=[".npz"])
     mesh = job.read()
     with job.stage("set up"):
-        solver = ExactDistance(mesh)
+        solver = ExactDistance(MeshPart.of(mesh, mask).mesh)
     with job.stage("compute"):
         matrix = solver.matrix(limit)
     with job.stage("write"):
@@ -100,14 +106,14 @@ def compute_matrix(job: Job, limit: float) -> None:
     job.finish(mesh, {**report, **solver.settings(), "limit": limit}, lines)
 
 
-def _check_files(job: Job, queries: DistanceQueries) -> None:
+def _check_files(job: Job, queries: DistanceQueries, mask: MaskSpec | None) -> None:
     """Raise an error unless there is one output, and it and the files of a partial run can be written."""
     from geomhw.io import check_outputs
 
     if len(job.outputs) != 1:
         raise click.UsageError(f"{queries.option} writes one file; give -o D.npy.")
     (output,) = job.outputs
-    inputs = [job.mesh_path, *queries.paths]
+    inputs = [job.mesh_path, *queries.paths, *([mask.path] if mask else [])]
     check_outputs([output], inputs, extensions=[".npy", ".csv"] if queries.is_pairs else [".npy"])
     partial = [output.with_name(f"{output.stem}.partial{suffix}") for suffix in (".npy", ".json")]
     check_outputs(partial, inputs, extensions=[".npy", ".json"])
