@@ -55,7 +55,9 @@ def info(mesh_path: Path, check: bool, report: dict[str, Any]) -> None:
         checks = {"check": [_as_json(finding) for finding in found]} if check else {}
         print_json({"command": "info", "input": source, "mesh": mesh} | checks)
     elif not report["quiet"]:
+        remarks = source.pop("remarks", ())
         lines = [(name.replace("_", " "), _text(value)) for name, value in [*source.items(), *mesh.items()]]
+        lines += [("remark", text) for text in remarks]
         lines += [(f"array per {a.location}", f"{a.name} {a.values.shape[1:] or ''}".rstrip()) for a in content.fields]
         lines += [(finding.kind, _line(finding)) for finding in found]
         lines += [("defect", "none")] if check and not defects else []

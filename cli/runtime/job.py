@@ -137,7 +137,7 @@ class Job:
 
     def _remarks(self, mesh: "TriangleMesh") -> list[str]:
         """Notes and warnings about the mesh."""
-        lines = []
+        lines = [f"note: {remark}" for remark in self.notes.get("remarks", ())]
         if turned := self.notes.get("turned_faces"):
             lines.append(f"note: {turned} faces are turned, also in the output, to orient the mesh consistently")
         if copies := len(mesh.duplicate_faces):

@@ -17,7 +17,7 @@ ALLOWED = {
     "compiled": set(),
     "stages": set(),
     "background": set(),
-    "mesh": {"arrays", "errors"},
+    "mesh": {"arrays", "compiled", "errors"},
     "intrinsic": {"arrays", "errors", "mesh"},
     "operators": {"arrays", "errors", "mesh", "intrinsic"},
     "solvers": {"arrays", "errors", "background", "compiled", "options"},

@@ -26,8 +26,7 @@ REFUSED: dict[str, tuple[str, bytes, str]] = {
     "negative": ("m.off", OFF.replace("3 0 2 3", "3 0 2 -1").encode(), "line 8"),
     "obj_zero": ("m.obj", OBJ.replace("f 1 3 4", "f 0 1 2").encode(), "line 6"),
     "obj_beyond": ("m.obj", OBJ.replace("f 1 3 4", "f 1 3 5").encode(), "line 6"),
-    "twice": ("m.off", OFF.replace("3 0 2 3", "3 0 0 3").encode(), "line 8"),
-    "segment": ("m.off", OFF.replace("3 0 2 3", "2 0 2").encode(), "m.off"),
+    "twice": ("m.off", OFF.replace("3 0 2 3", "3 0 0 3").replace("3 0 1 2", "2 0 1").encode(), "line 7"),
     "nan": ("m.off", OFF.replace("1 1 0", "1 nan 0").encode(), "nan"),
     "inf": ("m.obj", OBJ.replace("1 1 0", "1 inf 0").encode(), "m.obj"),
     "overflow": ("m.off", OFF.replace("1 1 0", "1e999 1 0").encode(), "m.off"),
@@ -39,7 +38,6 @@ REFUSED: dict[str, tuple[str, bytes, str]] = {
     "two_coordinates": ("m.obj", OBJ.replace("v 1 1 0", "v 1 1").encode(), "m.obj"),
     "binary_noise": ("m.off", bytes(range(256)) * 4, "m.off"),
     "other_format": ("m.off", OBJ.encode(), "m.off"),
-    "one_line": ("m.off", OFF.replace("\n", " ").encode(), "m.off"),
     "unknown": ("m.step", b"ISO-10303-21;", "'.step'"),
 }
 

@@ -1,44 +1,102 @@
 """The last step of every reader: polygons become triangles, and arrays become fields of a Result."""
 
 import math
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from geomhw.arrays import Ints
+from geomhw.arrays import Floats, Ints
 from geomhw.errors import FormatError, MeshError
-from geomhw.io.formats.polygons import Arrays, Polygons, check_polygons, fan_triangles
+from geomhw.io.formats.polygons import Arrays, Place, Polygons, check_indices, without_repetitions
+from geomhw.io.formats.triangulation import triangulate
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.options import Location
 from geomhw.results import Field, Result
 
 
-def build_result(name: str, kind: str, content: Polygons, *, checked: bool = False) -> Result:
-    """Return the Result of a file; each triangle of a fan gets the face values of its polygon.
+def build_result(
+    name: str, kind: str, content: Polygons, *, face_place: Place | None = None, vertex_place: Place | None = None
+) -> Result:
+    """Return the Result of a file; each triangle of a polygon gets the face values of its polygon.
 
-    checked: the reader has checked the polygons itself, with line numbers.
+    face_place, vertex_place: by default, faces are counted from 0, and vertices named by the mesh.
     """
-    if not checked:
-        check_polygons(content.corners, content.sizes, len(content.points), lambda i: f"{name}, face {i}")
-    small = np.int32 if len(content.points) < 2**31 else np.int64
-    triangles, origin = fan_triangles(content.corners.astype(small, copy=False), content.sizes)
+    face_place = face_place or (lambda i: f"{name}, face {i}")
+    check_indices(content.corners, content.sizes, len(content.points), face_place)
+    remarks = [*content.remarks]
+    corners, sizes, kept = without_repetitions(content.corners, content.sizes)
+    remarks += _repetitions(content, corners, sizes, kept, face_place)
+    if not len(sizes):
+        raise FormatError(f"{name} has no faces of three different corners" + "".join(f": {r}" for r in remarks[-1:]))
+    points = _finite_points(content.points, corners, vertex_place, remarks)
+    small = np.int32 if len(points) < 2**31 else np.int64
+    division = triangulate(points, corners.astype(small, copy=False), sizes)
+    if failed := len(division.failed):
+        remarks.append(
+            f"divided {counted(failed, 'polygon')} with crossing sides or without area from the first corner, "
+            f"the first at {face_place(int(kept[division.failed[0]]))}"
+        )
     try:
-        with np.errstate(invalid="ignore"):  # a signaling NaN of single precision; it is refused as any NaN is
-            mesh = TriangleMesh(content.points.astype(np.float64, copy=False), triangles)
+        mesh = TriangleMesh(points, division.triangles)
     except MeshError as error:
         raise MeshError(f"{name}: {error}") from None
     report: dict[str, Any] = {"file": name, "format": kind}
-    if polygons := int(np.count_nonzero(content.sizes > 3)):
+    if polygons := int(np.count_nonzero(sizes > 3)):
         report["polygons"] = polygons
     report |= content.notes
     if single := _single_precision(content):
         report["single_precision"] = single
+    if remarks:
+        report["remarks"] = remarks
+    origin = kept[division.polygons] if polygons or len(kept) < len(content.sizes) else None
     fields = [
-        *_fields(name, content.vertex_arrays, "vertex", len(content.points)),
-        *_fields(name, content.face_arrays, "face", len(content.sizes), origin if polygons else None),
+        *_fields(name, content.vertex_arrays, "vertex", len(points)),
+        *_fields(name, content.face_arrays, "face", len(content.sizes), origin),
         *_fields(name, content.mesh_arrays, "mesh"),
     ]
     return Result(mesh, fields, report)
+
+
+def counted(count: int, noun: str, plural: str = "") -> str:
+    """Return a number with a noun, by default with an s in the plural."""
+    return f"{count} {noun if count == 1 else plural or noun + 's'}"
+
+
+def _repetitions(content: Polygons, corners: Ints, sizes: Ints, kept: Ints, place: Place) -> Iterator[str]:
+    """Remarks on faces and corners that are left out."""
+    if left_out := len(content.sizes) - len(kept):
+        first = int(np.argmax(np.append(kept, -1) != np.arange(len(kept) + 1)))
+        what = counted(left_out, "face")
+        yield f"left out {what} with fewer than three different corners, the first at {place(first)}"
+    if dropped := int(content.sizes[kept].sum()) - len(corners):
+        first = int(kept[np.argmax(content.sizes[kept] != sizes)])
+        yield f"left out {counted(dropped, 'repeated corner')} of faces, the first at {place(first)}"
+
+
+def _finite_points(points: Floats, corners: Ints, place: Place | None, remarks: list[str]) -> Floats:
+    """Points in double precision, with those of no face that are not finite moved to the middle of the others."""
+    with np.errstate(invalid="ignore"):  # a signaling NaN of single precision
+        points = points.astype(np.float64, copy=False)
+    if np.isfinite(points).all():
+        return points
+    sound: NDArray[np.bool_] = np.isfinite(points).all(axis=1)
+    used = np.zeros(len(points), dtype=bool)
+    used[corners] = True
+    if (bad := used & ~sound).any():
+        if place is None:
+            return points  # TriangleMesh refuses them
+        row = int(np.argmax(bad))
+        shown = " ".join(map(str, points[row].tolist()))
+        raise FormatError(f"{place(row)}: a coordinate is not a finite number: {shown}")
+    within = points[used]
+    points = np.where(sound[:, None], points, within.min(axis=0) / 2 + within.max(axis=0) / 2)
+    remarks.append(
+        f"moved to the center of the mesh {counted(int((~sound).sum()), 'vertex', 'vertices')} of no face without "
+        f"finite coordinates, the first is vertex {int(np.argmin(sound))}"
+    )
+    return points
 
 
 def _single_precision(content: Polygons) -> list[str]:

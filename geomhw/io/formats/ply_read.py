@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 
 from geomhw.arrays import Ints
 from geomhw.errors import FormatError
-from geomhw.io.formats.build_result import build_result
+from geomhw.io.formats.build_result import build_result, counted
 from geomhw.io.formats.number_parsing import cast_exactly
-from geomhw.io.formats.polygons import Polygons, ranges
-from geomhw.io.formats.text_file import TextFile
+from geomhw.io.formats.polygons import Polygons, ranges, strip_triangles
+from geomhw.io.formats.text_file import NumberRows, TextFile
 from geomhw.results import Result
 
 _TYPES = {"char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4", "float": "f4"}
@@ -58,29 +58,107 @@ _Columns = dict[str, NDArray[Any] | _Lists]
 def read_ply(name: str, data: bytes) -> Result:
     """Return the mesh and its arrays; scalars ``v_x v_y v_z`` become one vector array ``v``."""
     order, elements, start = _header(name, data)
-    text = order == "ascii"
-    buffer = _numbers_as_bytes(name, data, start) if text else np.frombuffer(data, np.uint8)[start:]
+    remarks: list[str] = []
+    if order != "ascii":
+        buffer = np.frombuffer(data, np.uint8)[start:]
+        found, ignored, end = _elements(name, elements, buffer, _ORDERS[order], False)
+        if surplus := len(data[start + end :].strip()):
+            remarks.append(f"left out {counted(surplus, 'byte')} after the last element")
+    else:
+        found, ignored = _text_elements(name, elements, data, start, remarks)
+    return _result(name, found, ignored, remarks)
+
+
+def _elements(
+    name: str, elements: list[_Element], buffer: NDArray[np.uint8], order: str, text: bool
+) -> tuple[dict[str, _Columns], list[str], int]:
+    """The columns of the elements that are read, the names of other elements, and where the last one ends."""
     offset, found, ignored = 0, {}, []
     for element in elements:
         if not element.properties:
             continue  # its rows take no bytes, however many the header counts
-        rows = _Rows(name, element, buffer, offset, _ORDERS[order], text)
+        rows = _Rows(name, element, buffer, offset, order, text)
         offset = rows.end
-        if element.name in ("vertex", "face"):
+        if element.name in ("vertex", "face", "tristrips"):
             found[element.name] = rows.columns()
         elif element.size:
             ignored.append(element.name)
-    if offset < len(buffer) and (text or data[start + offset :].strip()):
-        raise FormatError(f"{name} goes on after the last element that its header counts")
-    return _result(name, found, ignored)
+    return found, ignored, offset
 
 
-def _result(name: str, found: dict[str, _Columns], ignored: list[str]) -> Result:
+def _text_elements(
+    name: str, elements: list[_Element], data: bytes, start: int, remarks: list[str]
+) -> tuple[dict[str, _Columns], list[str]]:
+    """The elements of a text file: one in a line, with what goes beyond it left out, or wherever the lines end."""
+    text = TextFile(name, data)
+    remarks += text.remarks
+    header = len(TextFile(name, data[:start]))
+    rows = sum(element.size for element in elements if element.properties)
+    lines = np.arange(header, len(text))
+    numbers = text.numbers(lines[:rows])
+    keep = _declared_numbers(elements, numbers)
+    values = numbers.values if keep is None else numbers.values[keep]
+    try:
+        found, ignored, end = _elements(name, elements, values.view(np.uint8), "<", True)
+    except FormatError as error:
+        if len(lines) <= rows:
+            raise
+        try:  # rows may cross lines
+            values, keep, rows = text.numbers(lines).values, None, len(lines)
+            found, ignored, end = _elements(name, elements, values.view(np.uint8), "<", True)
+        except FormatError:
+            raise error from None
+    if keep is not None:
+        surplus = len(numbers.values) - len(keep)
+        remarks.append(f"left out {counted(surplus, 'number')} beyond the properties of the header")
+    surplus = len(values) - end // 8
+    if surplus or len(lines) > rows:
+        what = counted(surplus, "number") if surplus else counted(len(lines) - rows, "line")
+        remarks.append(f"left out {what} after the last element")
+    return found, ignored
+
+
+def _declared_numbers(elements: list[_Element], numbers: NumberRows) -> Ints | None:
+    """Positions of the numbers that the header declares, if each element has its line and some have more than that."""
+    needed, row, last = np.empty_like(numbers.counts, dtype=np.int64), 0, len(numbers.values) - 1
+    for element in elements:
+        if not element.properties:
+            continue
+        here = slice(row, row + element.size)
+        begins, counts = numbers.begins[here], numbers.counts[here]
+        if len(begins) < element.size or last < 0:
+            return None
+        at = begins.astype(np.int64)
+        for item in element.properties:
+            if item.count:
+                sizes = numbers.values[np.minimum(at, last)]
+                if not ((sizes >= 0) & (sizes <= last)).all():
+                    return None
+                at = at + sizes.astype(np.int64)
+            at = at + 1
+        needed[here] = at - begins
+        if (needed[here] > counts).any():
+            return None
+        row += element.size
+    if (needed == numbers.counts).all():
+        return None
+    return ranges(numbers.begins, needed)
+
+
+def _result(name: str, found: dict[str, _Columns], ignored: list[str], remarks: list[str]) -> Result:
     vertex, face = found.get("vertex", {}), found.get("face", {})
     missing = [axis for axis in "xyz" if not isinstance(vertex.get(axis), np.ndarray)]
-    if missing:
+    if missing == ["z"]:
+        vertex["z"] = np.zeros_like(vertex["x"])
+        remarks.append("the vertices have two coordinates; z is 0")
+    elif missing:
         raise FormatError(f"{name} has no vertices with x, y and z (missing: {', '.join(missing)})")
     polygons = next((face[key] for key in _CORNERS if key in face), None)
+    strips = next((found["tristrips"][key] for key in _CORNERS if key in found.get("tristrips", {})), None)
+    if isinstance(strips, _Lists) and len(strips.flat):
+        if isinstance(polygons, _Lists) and len(polygons.sizes):
+            raise FormatError(f"{name} has both faces and triangle strips; keep one of them")
+        polygons, face = _triangles(strips), {}
     if not isinstance(polygons, _Lists) or not len(polygons.sizes):
         raise FormatError(f"{name} has no faces: no element 'face' with a list 'vertex_indices'")
     content = Polygons(
@@ -90,8 +168,21 @@ def _result(name: str, found: dict[str, _Columns], ignored: list[str]) -> Result
         vertex_arrays=_vectors({k: v for k, v in vertex.items() if k not in ("x", "y", "z")}),
         face_arrays=_vectors(face),
         notes={"ignored": ignored} if ignored else {},
+        remarks=remarks,
     )
     return build_result(name, "PLY", content)
+
+
+def _triangles(strips: _Lists) -> _Lists:
+    """The triangles of strips; -1 ends a strip within a list."""
+    flat = strips.flat.astype(np.int64)
+    starts = np.zeros(len(flat), dtype=bool)
+    starts[(np.cumsum(strips.sizes) - strips.sizes)[strips.sizes > 0]] = True
+    starts[1:] |= flat[:-1] == -1
+    is_corner = flat != -1
+    sizes = np.bincount((np.cumsum(starts) - 1)[is_corner])
+    corners, _ = strip_triangles(flat[is_corner], sizes)
+    return _Lists(corners, np.full(len(corners) // 3, 3))
 
 
 def _vectors(columns: _Columns) -> dict[str, NDArray[Any]]:
@@ -135,13 +226,6 @@ def _header(name: str, data: bytes) -> tuple[str, list[_Element], int]:
     return order, elements, end.end()
 
 
-def _numbers_as_bytes(name: str, data: bytes, start: int) -> NDArray[np.uint8]:
-    """The body of a text file as that of a binary file in which all numbers are doubles."""
-    text = TextFile(name, data)
-    header = len(TextFile(name, data[:start]))
-    return text.numbers(np.arange(header, len(text))).values.view(np.uint8)
-
-
 class _Rows:
     """The rows of one element: where each begins, how long its lists are, and where the next element begins.
 
@@ -162,10 +246,6 @@ class _Rows:
 
     def columns(self) -> _Columns:
         """Read all properties by name."""
-        for item, _, sizes in self._properties():  # before rows of a byte become many bytes
-            if self.element.name == "face" and item.count and item.name in _CORNERS and sizes.min(initial=3) < 3:
-                row = int(np.argmax(sizes < 3))
-                raise FormatError(f"{self.name}, face {row}: face has {sizes[row]} corners; it needs at least 3")
         columns: _Columns = {}
         for item, at, sizes in self._properties():
             values = self._declared(item, self._values(item.kind, at, sizes))

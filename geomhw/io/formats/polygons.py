@@ -1,5 +1,6 @@
-"""Polygons of any size in flat arrays: their checks, and the fan of triangles that replaces each."""
+"""Contents of a mesh file with polygons of any size in flat arrays, and their checks."""
 
+from collections import deque
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -11,11 +12,16 @@ from geomhw.arrays import Floats, Ints
 from geomhw.errors import FormatError
 
 Arrays = Mapping[str, NDArray[Any]]
+#: Returns where a face or vertex is, as the start of a message: ``moo.off, line 17``.
+Place = Callable[[int], str]
 
 
 @dataclass(frozen=True)
 class Polygons:
-    """Contents of a mesh file: points (n, 3), vertex indices, flat, and size of each polygon, arrays, report notes."""
+    """Contents of a mesh file: points (n, 3), vertex indices, flat, and size of each polygon, arrays, report notes.
+
+    remarks: sentences on what was read differently from what the file says.
+    """
 
     points: Floats
     corners: Ints
@@ -24,6 +30,7 @@ class Polygons:
     face_arrays: Arrays = field(default_factory=dict)
     mesh_arrays: Arrays = field(default_factory=dict)
     notes: dict[str, Any] = field(default_factory=dict)
+    remarks: list[str] = field(default_factory=list)
 
 
 def ranges(begins: Ints, counts: Ints, step: int = 1) -> Ints:
@@ -39,52 +46,99 @@ def ranges(begins: Ints, counts: Ints, step: int = 1) -> Ints:
     return found
 
 
-def fan_triangles(corners: Ints, sizes: Ints) -> tuple[Ints, Ints]:
-    """Return the triangles (i1, i_j, i_j+1) of each polygon, in order, and the polygon of each triangle.
+def strip_triangles(corners: Ints, sizes: Ints) -> tuple[Ints, Ints]:
+    """Return the corners of the triangles of strips, flat, and the strip of each triangle.
 
-    corners: vertex indices of all polygons, flat. sizes: number of corners of each, at least 3.
+    Every second triangle of a strip is turned, so that all have the orientation of the first.
+
+    >>> strip_triangles(np.array([4, 5, 6, 7]), np.array([4]))[0].tolist()
+    [4, 5, 6, 6, 5, 7]
     """
-    if np.all(sizes == 3):
-        return corners.reshape(-1, 3), np.arange(len(sizes))
-    begins = np.cumsum(sizes) - sizes
-    triangles = np.empty((int(np.sum(sizes - 2)), 3), corners.dtype)  # filled column by column, which saves memory
-    triangles[:, 0] = np.repeat(corners[begins], sizes - 2)
-    second = ranges(begins + 1, sizes - 2)
-    triangles[:, 1] = corners[second]
-    triangles[:, 2] = corners[second + 1]
-    return triangles, np.repeat(np.arange(len(sizes)), sizes - 2)
+    counts = np.maximum(sizes - 2, 0)
+    first = ranges(np.cumsum(sizes) - sizes, counts)
+    odd = ranges(np.zeros_like(counts), counts) % 2
+    return corners[np.stack([first + 2 * odd, first + 1, first + 2 - 2 * odd], axis=1)].ravel(), np.repeat(
+        np.arange(len(sizes)), counts
+    )
 
 
-def check_polygons(corners: Ints, sizes: Ints, n_vertices: int, place: Callable[[int], str]) -> None:
-    """Raise FormatError unless each polygon has three corners or more, all different, among the vertices.
-
-    place: returns where polygon i is, as the start of a message: ``moo.off, line 17``.
-    """
-    if (small := sizes < 3).any():
-        bad = int(np.argmax(small))
-        raise FormatError(f"{place(bad)}: face has {sizes[bad]} corners; it needs at least 3")
+def check_indices(corners: Ints, sizes: Ints, n_vertices: int, place: Place) -> None:
+    """Raise FormatError if a polygon names a vertex that does not exist."""
     if len(corners) and (corners.min() < 0 or corners.max() >= n_vertices):
         at = int(np.argmax((corners < 0) | (corners >= n_vertices)))
         raise FormatError(
             f"{place(polygon_of(at, sizes))}: face names vertex {int(corners[at])}, "
             f"but there are {n_vertices} (0 to {n_vertices - 1})"
         )
-    check_distinct(corners, sizes, place)
 
 
-def check_distinct(corners: Ints, sizes: Ints, place: Callable[[int], str], base: int = 0) -> None:
-    """Raise FormatError where a polygon names a vertex twice; ``base`` is added to the index in the message."""
+def without_repetitions(corners: Ints, sizes: Ints) -> tuple[Ints, Ints, Ints]:
+    """Remove corners that repeat their neighbor in a polygon, and sides that go forth and back.
+
+    Returns
+    -------
+    corners, sizes
+        Of the polygons with three corners or more that are left.
+    kept
+        These polygons, ascending.
+    """
+    if not _may_repeat(corners, sizes):
+        return corners, sizes, np.arange(len(sizes))
+    owner = np.repeat(np.arange(len(sizes)), sizes)
+    ends = np.cumsum(sizes)
+    following = np.arange(1, len(corners) + 1)
+    following[ends[sizes > 0] - 1] = (ends - sizes)[sizes > 0]
+    single = (corners != corners[following]) | (following == np.arange(len(corners)))
+    corners, owner = corners[single], owner[single]
+    sizes = np.bincount(owner, minlength=len(sizes))
+    begins = np.cumsum(sizes) - sizes
+    stays = np.ones(len(corners), dtype=bool)
+    for i in np.flatnonzero((sizes > 3) & _repeats(corners, owner, len(sizes))).tolist():
+        ids = corners[begins[i] : begins[i] + sizes[i]].tolist()
+        stays[begins[i] : begins[i] + sizes[i]] = False
+        stays[begins[i] + np.array(_without_spikes(ids), dtype=np.int64)] = True
+    sizes = np.bincount(owner[stays], minlength=len(sizes))
+    stays &= (sizes >= 3)[owner]
+    kept = np.flatnonzero(sizes >= 3)
+    return corners[stays], sizes[kept], kept
+
+
+def _may_repeat(corners: Ints, sizes: Ints) -> bool:
+    """Whether a polygon has fewer than three corners, or may have one twice."""
+    if sizes.min(initial=3) < 3:
+        return True
     width = int(sizes.max(initial=3))
     if width <= 8 and (sizes == width).all():
         table = corners.reshape(-1, width)
-        if not any((table[:, i] == table[:, j]).any() for i in range(width) for j in range(i)):
-            return
-    owner = np.repeat(np.arange(len(sizes), dtype=np.int32), sizes)
+        return any(bool((table[:, i] == table[:, j]).any()) for i in range(width) for j in range(i))
+    return bool(_repeats(corners, np.repeat(np.arange(len(sizes)), sizes), len(sizes)).any())
+
+
+def _repeats(corners: Ints, owner: Ints, size: int) -> NDArray[np.bool_]:
+    """Whether each polygon has a corner twice."""
     order = np.lexsort((corners, owner))
     equal = (np.diff(corners[order]) == 0) & (np.diff(owner[order]) == 0)
-    if equal.any():
-        at = order[int(np.argmax(equal))]
-        raise FormatError(f"{place(int(owner[at]))}: face names vertex {int(corners[at]) + base} twice")
+    found = np.zeros(size, dtype=bool)
+    found[owner[order[1:][equal]]] = True
+    return found
+
+
+def _without_spikes(ids: list[int]) -> list[int]:
+    """Positions of the corners of a polygon that are left when b goes wherever a, b, a follow each other."""
+    left: deque[int] = deque()
+    for i, corner in enumerate(ids):
+        while len(left) >= 2 and ids[left[-2]] == corner:
+            left.pop()
+        if not left or ids[left[-1]] != corner:
+            left.append(i)
+    while len(left) >= 3:  # across the end of the list
+        if ids[left[0]] in (ids[left[-1]], ids[left[-2]]):
+            left.pop()
+        elif ids[left[1]] == ids[left[-1]]:
+            left.popleft()
+        else:
+            break
+    return list(left)
 
 
 def polygon_of(corner: int, sizes: Ints) -> int:

@@ -1,7 +1,7 @@
 """Text files of numbers: lines and tokens parsed in bulk, with the number of each line kept for messages."""
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import islice
 from typing import Any, NoReturn
@@ -16,6 +16,8 @@ from geomhw.io.formats.number_parsing import parse_numbers
 _NUMBER = re.compile(rb"[+-]?(\d+\.?\d*([eE][+-]?\d+)?|\.\d+([eE][+-]?\d+)?|nan|inf(inity)?)", re.IGNORECASE)
 _TOKEN, _CONTROL = re.compile(rb"[^\x00-\x20]+"), re.compile(rb"[\x01-\x08\x0e-\x1f]")
 _SPACE, _NEWLINE, _SLASH = 32, 10, 47
+#: Bytes that programs leave after the end of a text.
+_PADDING = b"\0\x1a"
 #: Bytes scanned for lines at a time, and lines parsed at a time: temporary arrays stay in the processor's cache.
 _BLOCK, _BATCH = 1 << 16, 1 << 12
 
@@ -34,20 +36,19 @@ class NumberRows:
         """Return where a row is, for a message: ``moo.off, line 17``."""
         return self.file.place(self.lines[row])
 
-    def coordinates(self) -> Floats:
-        """Return the first three numbers of each row, (rows, 3); FormatError if one is missing or not finite."""
+    def coordinates(self) -> tuple[Floats, list[str]]:
+        """Return the first three numbers of each row, (rows, 3), and remarks; FormatError if one is missing.
+
+        If all rows have two numbers, z is 0.
+        """
+        if len(self.counts) and (self.counts == 2).all():
+            return np.pad(self.values.reshape(-1, 2), ((0, 0), (0, 1))), ["the vertices have two coordinates; z is 0"]
         if (short := self.counts < 3).any():
             bad = int(np.argmax(short))
             raise FormatError(f"{self.place(bad)}: a vertex needs 3 coordinates, not {self.counts[bad]}")
         if len(self.values) == 3 * len(self.counts):
-            points = self.values.reshape(-1, 3)
-        else:
-            points = self.values[self.begins[:, None] + np.arange(3)]
-        if not (finite := np.isfinite(points)).all():
-            bad = int(np.argmin(finite.all(axis=1)))
-            shown = " ".join(map(str, points[bad].tolist()))
-            raise FormatError(f"{self.place(bad)}: a coordinate is not a finite number: {shown}")
-        return points
+            return self.values.reshape(-1, 3), []
+        return self.values[self.begins[:, None] + np.arange(3)], []
 
     def integers(self, at: Ints | slice) -> Ints:
         """Return the values at some positions as integers; FormatError names the line of one that is not an integer."""
@@ -69,13 +70,14 @@ class TextFile:
     stay valid. Stored for each line are the offset of its first token and the number of its tokens.
     """
 
-    def __init__(self, name: str, data: bytes, *, comments: bool = False, continued: bool = False) -> None:
-        if b"\0" in data:
+    def __init__(self, name: str, data: bytes, *, comments: bool = False, continued: Sequence[str] = ()) -> None:
+        whole, self.remarks = _without_padding(data)
+        if b"\0" in whole:
             raise FormatError(f"{name} is not a text file: it holds a zero byte")
         self.name = name
-        self._physical = text = _unify_newlines(data)
+        self._physical = text = _unify_newlines(whole)
         if continued and b"\\" in text:
-            text = text.replace(b"\\ \n", b"   ").replace(b"\\\n", b"  ")
+            text = _join_lines(text, continued)
         self._text = _blank_comments(text) if comments and b"#" in text else text
         offset = np.int32 if len(data) < 2**31 else np.int64
         heads, counts = [], [np.empty(0, offset)]
@@ -83,7 +85,7 @@ class TextFile:
             block_heads, block_counts = _token_lines(np.frombuffer(self._text, np.uint8, end - begin, begin))
             heads.append((block_heads + begin).astype(offset))
             counts.append(block_counts.astype(offset))
-        self._heads: Ints = np.concatenate([*heads, np.array([len(data)], offset)])
+        self._heads: Ints = np.concatenate([*heads, np.array([len(whole)], offset)])
         self.counts: Ints = np.concatenate(counts)
 
     def __len__(self) -> int:
@@ -97,12 +99,13 @@ class TextFile:
         """Return the tokens of a line as text, shortened to 30 characters."""
         return [_shortened(token) for token, _ in self._tokens(line)]
 
-    def starting_with(self, keyword: str) -> Ints:
-        """Return the lines whose first token is a keyword."""
+    def starting_with(self, keyword: str, *, any_case: bool = False) -> Ints:
+        """Return the lines whose first token is a keyword, in small or capital letters if ``any_case``."""
         letters = np.frombuffer(self._text, np.uint8)
         lines = np.arange(len(self), dtype=self._heads.dtype)
         for i, letter in enumerate(keyword):
-            lines = lines[letters[np.minimum(self._heads[lines] + i, len(letters) - 1)] == ord(letter)]
+            found = letters[np.minimum(self._heads[lines] + i, len(letters) - 1)]
+            lines = lines[(found | _SPACE if any_case else found) == ord(letter)]
         after = self._heads[lines] + len(keyword)
         return np.asarray(lines[(after == len(letters)) | (letters[np.minimum(after, len(letters) - 1)] <= _SPACE)])
 
@@ -200,11 +203,27 @@ def token_starts(letters: NDArray[np.uint8]) -> Ints:
     return np.flatnonzero(blank[:-1] > blank[1:])
 
 
+def _without_padding(data: bytes) -> tuple[bytes, list[str]]:
+    """The text without zero bytes, and bytes that once marked the end of a text, at its end; and a remark on them."""
+    if not any(byte in data[-80:] for byte in _PADDING):
+        return data, []
+    whole = data.rstrip(_PADDING + b" \t\r\n")
+    surplus = len(data[len(whole) :].strip())
+    return whole, [f"left out {surplus} bytes of no text at the end"] if surplus else []
+
+
 def _unify_newlines(data: bytes) -> bytes:
     """Blank a byte-order mark and turn every kind of line end into one newline, at the same length."""
     if data.startswith(b"\xef\xbb\xbf"):
         data = b"   " + data[3:]
     return data.replace(b"\r\n", b" \n").replace(b"\r", b"\n") if b"\r" in data else data
+
+
+def _join_lines(text: bytes, keywords: Sequence[str]) -> bytes:
+    """Blank a backslash and newline at the end of lines that start with a keyword, and of those joined to them."""
+    start = rb"^[ \t]*(?:" + b"|".join(word.encode() for word in keywords) + rb")(?=[ \t\\])"
+    lines = re.compile(start + rb"(?:[^\n\\#]*\\[ \t]*(?:\n|\Z))+", re.MULTILINE)
+    return lines.sub(lambda match: match[0].replace(b"\\", b" ").replace(b"\n", b" "), text)
 
 
 def _blank_comments(text: bytes) -> bytearray:
