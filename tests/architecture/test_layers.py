@@ -29,7 +29,7 @@ ALLOWED |= {
     "transport": _GROUND | {"geodesic"},
     "flow": _GROUND,
     "fluid": _GROUND | {"flow"},
-    "io": {"arrays", "errors", "mesh", "results"},
+    "io": {"arrays", "compiled", "errors", "mesh", "results"},
     "render": {"arrays", "errors", "mesh", "results"},
     # Compares two files: above io, below the program only.
     "compare": {"arrays", "errors", "mesh", "results", "io"},

@@ -5,7 +5,6 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from geomhw.arrays import Floats, Ints
 from geomhw.errors import FormatError, MeshError
@@ -81,7 +80,7 @@ def _finite_points(points: Floats, corners: Ints, place: Place | None, remarks: 
         points = points.astype(np.float64, copy=False)
     if np.isfinite(points).all():
         return points
-    sound: NDArray[np.bool_] = np.isfinite(points).all(axis=1)
+    sound = np.asarray(np.isfinite(points).all(axis=1))
     used = np.zeros(len(points), dtype=bool)
     used[corners] = True
     if (bad := used & ~sound).any():

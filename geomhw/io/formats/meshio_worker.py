@@ -92,6 +92,9 @@ def surface(name: str, mesh: Any) -> Polygons:
         vertex_arrays=_joined({key: [values] for key, values in mesh.point_data.items()}),
         face_arrays=_joined({key: [values[i] for i in faces] for key, values in mesh.cell_data.items()}),
         notes={"ignored": ignored} if ignored else {},
+        remarks=[f"left out cells that are no faces: {', '.join(ignored)}"]
+        if any(kind.startswith(_VOLUMES) for kind in ignored)
+        else [],
     )
 
 

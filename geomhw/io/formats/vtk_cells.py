@@ -1,5 +1,6 @@
 """VTK cell types in readers: which are faces of a surface, which are ignored, and which are refused."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -9,7 +10,7 @@ from numpy.typing import NDArray
 from geomhw.arrays import Floats, Ints
 from geomhw.errors import FormatError
 from geomhw.io.formats.build_result import build_result
-from geomhw.io.formats.polygons import Polygons, ranges
+from geomhw.io.formats.polygons import Polygons, ranges, strip_triangles
 from geomhw.results import Result
 
 #: Cells that are polygons with their corners in order: triangle, polygon, quad.
@@ -17,9 +18,13 @@ POLYGON = 7
 _FACES = (5, POLYGON, 9)
 #: The cells of polydata that come before and after its polygons.
 VERTEX, LINE, STRIP = 2, 4, 6
+#: A quad whose last two corners are exchanged.
+_PIXEL = 8
 _NAMES = {0: "empty", 1: "vertex", 2: "vertex", 3: "line", 4: "line", 6: "triangle strip", 8: "pixel", 10: "tetra"}
 _NAMES |= {11: "voxel", 12: "hexahedron", 13: "wedge", 14: "pyramid", 21: "quadratic edge", 22: "quadratic triangle"}
-_IGNORED = (0, 1, 2, 3, 4, 21)
+#: Cells beside which faces are read.
+_VOLUMES = {10, 11, 12, 13, 14, 15, 16, 24, 25, 26, 27, 29, 32, 33, 42, 71, 72, 73, 74}
+_IGNORED = {0, 1, 2, 3, 4, 21} | _VOLUMES
 
 
 @dataclass(frozen=True)
@@ -40,6 +45,7 @@ class Dataset:
     vertex_arrays: dict[str, NDArray[Any]] = field(default_factory=dict)
     cell_arrays: dict[str, NDArray[Any]] = field(default_factory=dict)
     mesh_arrays: dict[str, NDArray[Any]] = field(default_factory=dict)
+    remarks: list[str] = field(default_factory=list)
 
 
 def cells_from_offsets(name: str, connectivity: Ints, offsets: Ints, types: Ints | int) -> Cells:
@@ -59,6 +65,31 @@ def cells_from_offsets(name: str, connectivity: Ints, offsets: Ints, types: Ints
     return Cells(connectivity.astype(np.int64), sizes, kinds)
 
 
+def joined(name: str, parts: Sequence[Dataset]) -> Dataset:
+    """Return the pieces of a file as one dataset, with the arrays that all of them have in one width."""
+    if len(parts) == 1:
+        return parts[0]
+    if any(part.points is None for part in parts):
+        raise FormatError(f"{name} has no points in some of its pieces")
+    points = [part.points.reshape(-1, 3) for part in parts if part.points is not None]
+    begins = np.cumsum([0, *(len(piece) for piece in points)])
+    dataset = Dataset(points=np.concatenate(points), remarks=[remark for part in parts for remark in part.remarks])
+    for part, begin, size in zip(parts, begins, map(len, points), strict=False):
+        for cells in part.cells:
+            if len(cells.corners) and not 0 <= cells.corners.min() <= cells.corners.max() < size:
+                raise FormatError(f"{name}: a cell names a vertex beyond the {size} of its piece")
+            dataset.cells.append(Cells(cells.corners + begin, cells.sizes, cells.types))
+    for kind in ("vertex_arrays", "cell_arrays"):
+        found = [getattr(part, kind) for part in parts]
+        every = {key: [arrays[key] for arrays in found if key in arrays] for arrays in found for key in arrays}
+        for key, values in every.items():
+            if len(values) == len(parts) and len({piece.shape[1:] for piece in values}) == 1:
+                getattr(dataset, kind)[key] = np.concatenate(values)
+            else:
+                dataset.remarks.append(f"left out array '{key}', which is not alike in all pieces")
+    return dataset
+
+
 def surface(name: str, kind: str, data: Dataset) -> Result:
     """Return the triangles, quads and polygons of a VTK file, with their rows of the cell arrays."""
     if data.points is None or not data.cells:
@@ -68,22 +99,48 @@ def surface(name: str, kind: str, data: Dataset) -> Result:
     corners = np.concatenate([cells.corners for cells in data.cells])
     sizes = np.concatenate([cells.sizes for cells in data.cells])
     types = np.concatenate([cells.types for cells in data.cells])
-    is_face = np.isin(types, _FACES)
+    is_face = np.isin(types, (*_FACES, _PIXEL, STRIP))
     others = {int(t): _NAMES.get(int(t), f"type {t}") for t in np.unique(types[~is_face])}
-    if refused := [label for t, label in others.items() if t not in _IGNORED]:
-        raise FormatError(f"{name} holds {', '.join(refused)} cells; a surface is made of triangles and polygons")
+    names = ", ".join(dict.fromkeys(others.values()))
+    refused = [label for t, label in others.items() if t not in _IGNORED]
+    if refused or (others.keys() & _VOLUMES and not is_face.any()):
+        raise FormatError(
+            f"{name} holds {', '.join(refused) or names} cells"
+            + ("" if refused else " and no faces")
+            + "; a surface is "
+            "made of triangles and polygons: extract it first"
+        )
     if not is_face.any():
-        raise FormatError(f"{name} has no faces" + (f", only {', '.join(others.values())} cells" if others else ""))
+        raise FormatError(f"{name} has no faces" + (f", only {names} cells" if others else ""))
     for key, array in data.cell_arrays.items():
         if len(array) != len(is_face):
             raise FormatError(f"{name}: array '{key}' has {len(array)} rows for {len(is_face)} cells")
+    cells = np.arange(len(sizes))
+    if others or not np.isin(types, _FACES).all():
+        corners, sizes, cells = _faces(corners, sizes, types)
     content = Polygons(
         points=data.points.reshape(-1, 3),
-        corners=corners[ranges((np.cumsum(sizes) - sizes)[is_face], sizes[is_face])] if others else corners,
-        sizes=sizes[is_face],
+        corners=corners,
+        sizes=sizes,
         vertex_arrays=data.vertex_arrays,
-        face_arrays={key: array[is_face] for key, array in data.cell_arrays.items()},
+        face_arrays={key: array[cells] for key, array in data.cell_arrays.items()},
         mesh_arrays=data.mesh_arrays,
         notes={"ignored": sorted(set(others.values()))} if others else {},
+        remarks=data.remarks + ([f"left out cells that are no faces: {names}"] if others.keys() & _VOLUMES else []),
     )
     return build_result(name, kind, content)
+
+
+def _faces(corners: Ints, sizes: Ints, types: Ints) -> tuple[Ints, Ints, Ints]:
+    """The faces among cells, in their order, with strips divided into triangles: corners, sizes, cell of each."""
+    begins = np.cumsum(sizes) - sizes
+    pixels = begins[(types == _PIXEL) & (sizes == 4)]
+    corners = corners.copy()
+    corners[pixels + 2], corners[pixels + 3] = corners[pixels + 3], corners[pixels + 2]
+    strips, plain = np.flatnonzero(types == STRIP), np.flatnonzero(np.isin(types, (*_FACES, _PIXEL)))
+    triangles, strip = strip_triangles(corners[ranges(begins[strips], sizes[strips])], sizes[strips])
+    flat = np.concatenate([corners[ranges(begins[plain], sizes[plain])], triangles])
+    counts = np.concatenate([sizes[plain], np.full(len(strip), 3)])
+    cells = np.concatenate([plain, strips[strip]])
+    order = np.argsort(cells, kind="stable")
+    return flat[ranges((np.cumsum(counts) - counts)[order], counts[order])], counts[order], cells[order]

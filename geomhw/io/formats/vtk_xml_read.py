@@ -9,7 +9,6 @@ import re
 import zlib
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
 from itertools import accumulate, pairwise
 from typing import Any
 from xml.etree import ElementTree
@@ -19,19 +18,48 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geomhw.errors import FormatError
+from geomhw.io.formats.build_result import counted
 from geomhw.io.formats.number_parsing import parse_array
-from geomhw.io.formats.vtk_cells import LINE, POLYGON, STRIP, VERTEX, Dataset, cells_from_offsets, surface
+from geomhw.io.formats.vtk_cells import LINE, POLYGON, STRIP, VERTEX, Dataset, cells_from_offsets, joined, surface
 from geomhw.io.formats.xml_tree import parse_xml
 from geomhw.results import Cloud, Field, Result
 
 #: Bytes that the highest level of LZMA takes to unpack; a file may ask for gigabytes.
 _LZMA_MEMORY = 70 << 20
-_UNPACKERS: dict[str | None, Callable[[], Any] | None] = {None: None, "vtkZLibDataCompressor": zlib.decompressobj}
-_UNPACKERS["vtkLZMADataCompressor"] = partial(lzma.LZMADecompressor, memlimit=_LZMA_MEMORY)
+#: Bytes that an array may have unpacked, for any array and for each packed byte; zlib does not exceed the ratio.
+_LEAST_LIMIT, _MOST_RATIO = 1 << 20, 1100
 _DAMAGE = (ElementTree.ParseError, ValueError, KeyError, IndexError, EOFError, zlib.error, lzma.LZMAError, MemoryError)
 _TYPES = {f"{word}{8 * size}": f"{kind}{size}" for word, kind in (("Int", "i"), ("UInt", "u")) for size in (1, 2, 4, 8)}
 _TYPES |= {"Float32": "f4", "Float64": "f8"}
+_LAST = b"</VTKFile>"
 _POLYDATA = (("Verts", VERTEX), ("Lines", LINE), ("Polys", POLYGON), ("Strips", STRIP))
+
+
+class _Size(Exception):
+    """The size of an array is not the expected one."""
+
+
+def _unzip(packed: bytes, size: int) -> bytes:
+    return zlib.decompressobj().decompress(packed, size)
+
+
+def _unpack_lzma(packed: bytes, size: int) -> bytes:
+    return lzma.LZMADecompressor(memlimit=_LZMA_MEMORY).decompress(packed, size)
+
+
+def _unpack_lz4(packed: bytes, size: int) -> bytes:
+    from geomhw.io.formats.lz4_block import unpack_lz4
+
+    return unpack_lz4(packed, size)
+
+
+#: Functions that return at most ``size`` bytes of a packed block.
+_UNPACKERS: dict[str | None, Callable[[bytes, int], bytes] | None] = {
+    None: None,
+    "vtkZLibDataCompressor": _unzip,
+    "vtkLZMADataCompressor": _unpack_lzma,
+    "vtkLZ4DataCompressor": _unpack_lz4,
+}
 
 
 def read_vtp(name: str, data: bytes) -> Result:
@@ -53,13 +81,25 @@ def read_vtp_cloud(name: str, data: bytes) -> Cloud:
 
 
 def _read(name: str, data: bytes, kind: str) -> Dataset:
+    remarks: list[str] = []
+    end = data.rfind(_LAST) + len(_LAST)
+    if surplus := len(data[end:].strip()) if end >= len(_LAST) else 0:
+        remarks.append(f"left out {counted(surplus, 'byte')} after the end of the XML document")
+        data = data[:end]
     try:
-        root, appended, encoding = _parse(data)
+        root, appended, encoding = _parse(data.lstrip())
         if root.get("type") != kind:
             raise FormatError(f"{name} holds VTK {root.get('type', 'data of no type')}, not {kind}")
         arrays = _Arrays(name, root, appended, encoding)
         grid = root.find(kind)
-        return _dataset(name, grid if grid is not None else root, arrays, kind)
+        grid = root if grid is None else grid
+        pieces = [piece for piece in grid.iter("Piece") if piece.get("NumberOfPoints", "0") != "0"]
+        if not pieces:
+            raise FormatError(f"{name} holds no piece with points")
+        dataset = joined(name, [_dataset(piece, arrays, kind) for piece in pieces])
+        dataset.mesh_arrays = arrays.by_name(grid.find("FieldData"))
+        dataset.remarks = [*remarks, *dataset.remarks]
+        return dataset
     except _DAMAGE as error:
         reason = " ".join(str(error).split())[:120]
         raise FormatError(f"{name} is not a whole VTK XML file: {reason}") from error
@@ -73,27 +113,23 @@ def _parse(data: bytes) -> tuple[Element, bytes, str]:
     tag_end = data.index(b">", begin)
     encoding = re.search(rb'encoding\s*=\s*"(\w+)"', data[begin:tag_end])
     block = data[data.index(b"_", tag_end) + 1 : data.rfind(b"</AppendedData")]
-    return parse_xml(data[:begin] + b"</VTKFile>"), block, encoding[1].decode() if encoding else "base64"
+    return parse_xml(data[:begin] + _LAST), block, encoding[1].decode() if encoding else "base64"
 
 
-def _dataset(name: str, grid: Element, arrays: "_Arrays", kind: str) -> Dataset:
-    pieces = [piece for piece in grid.iter("Piece") if piece.get("NumberOfPoints", "0") != "0"]
-    if len(pieces) != 1:
-        raise FormatError(f"{name} holds {len(pieces)} pieces with points; exactly one is read")
-    piece = pieces[0]
+def _dataset(piece: Element, arrays: "_Arrays", kind: str) -> Dataset:
     points = piece.find("Points/DataArray")
+    n = int(piece.get("NumberOfPoints", "0"))
     cells = []
     for tag, cell_type in _POLYDATA if kind == "PolyData" else (("Cells", None),):
         parts = arrays.by_name(piece.find(tag))
         if len(parts.get("offsets", ())):
             types = parts["types"] if cell_type is None else cell_type
-            cells.append(cells_from_offsets(name, parts["connectivity"], parts["offsets"], types))
+            cells.append(cells_from_offsets(arrays.name, parts["connectivity"], parts["offsets"], types))
     return Dataset(
-        points=None if points is None else arrays.decode(points),
+        points=None if points is None else arrays.decode(points, n),
         cells=cells,
-        vertex_arrays=arrays.by_name(piece.find("PointData")),
-        cell_arrays=arrays.by_name(piece.find("CellData")),
-        mesh_arrays=arrays.by_name(grid.find("FieldData")),
+        vertex_arrays=arrays.by_name(piece.find("PointData"), n),
+        cell_arrays=arrays.by_name(piece.find("CellData"), sum(len(part.sizes) for part in cells)),
     )
 
 
@@ -122,22 +158,24 @@ class _Arrays:
     """Decodes the DataArray elements of one file."""
 
     def __init__(self, name: str, root: Element, appended: bytes, encoding: str) -> None:
+        self.name = name
         self.order = ">" if root.get("byte_order") == "BigEndian" else "<"
         self.head = np.dtype(self.order + _TYPES[root.get("header_type", "UInt32")])
         compressor = root.get("compressor")
         if compressor not in _UNPACKERS and any(e.get("format") != "ascii" for e in root.iter("DataArray")):
-            raise FormatError(f"{name} is compressed with {compressor}, which is not read; use zlib or none")
+            raise FormatError(f"{name} is compressed with {compressor}, which is not read; use zlib, LZ4, LZMA or none")
         self.unpacker = _UNPACKERS.get(compressor)
         self.appended, self.encoding = memoryview(appended), encoding
 
-    def by_name(self, parent: Element | None) -> dict[str, NDArray[Any]]:
-        """The numeric arrays under an element."""
+    def by_name(self, parent: Element | None, rows: int | None = None) -> dict[str, NDArray[Any]]:
+        """The numeric arrays under an element, of a number of rows where it is known."""
         found = [] if parent is None else [child for child in parent.iter("DataArray") if child.get("type") in _TYPES]
-        return {child.get("Name", f"array {i}"): self.decode(child) for i, child in enumerate(found)}
+        return {child.get("Name", f"array {i}"): self.decode(child, rows) for i, child in enumerate(found)}
 
-    def decode(self, element: Element) -> NDArray[Any]:
+    def decode(self, element: Element, rows: int | None = None) -> NDArray[Any]:
         """One array, (rows,) or (rows, components)."""
         kind = np.dtype(self.order + _TYPES[element.get("type", "")])
+        width = int(element.get("NumberOfComponents") or 1)
         form, text = element.get("format", "ascii"), (element.text or "").strip().encode()
         if form == "ascii":
             try:
@@ -148,8 +186,15 @@ class _Arrays:
             coded = _Encoded(memoryview(text), True)
             if form == "appended":
                 coded = _Encoded(self.appended[int(element.get("offset", "0")) :], self.encoding == "base64")
-            values = np.frombuffer(self._unpack(coded) if self.unpacker else self._plain(coded), dtype=kind)
-        width = int(element.get("NumberOfComponents") or 1)
+            size = None if rows is None else rows * width * kind.itemsize
+            try:
+                plain = self._unpack(coded, size) if self.unpacker else self._plain(coded)
+            except _Size as error:
+                found = int(str(error)) / (width * kind.itemsize)
+                raise FormatError(
+                    f"{self.name}: array '{element.get('Name')}' has {found:.8g} rows where the file has {rows}"
+                ) from None
+            values = np.frombuffer(plain, dtype=kind)
         return values.reshape(-1, width) if width > 1 else values
 
     def _plain(self, coded: _Encoded) -> bytes:
@@ -161,12 +206,20 @@ class _Arrays:
             return rest.take(count)[0]
         return coded.take(size + count)[0][size:]
 
-    def _unpack(self, coded: _Encoded) -> bytes:
-        """Number of blocks, their size, that of the last, and the packed size of each; then the blocks."""
+    def _unpack(self, coded: _Encoded, expected: int | None) -> bytes:
+        """Number of blocks, their size, that of the last, and the packed size of each; then the blocks.
+
+        expected: size of the array, if it is known.
+        """
         size = self.head.itemsize
         (count,) = np.frombuffer(coded.take(size)[0], dtype=self.head).tolist()
         head, rest = coded.take(size * (3 + count))
         _, full, last, *lengths = np.frombuffer(head, dtype=self.head).tolist()
+        total = full * max(count - 1, 0) + (last or full) * (count > 0)
+        if expected is not None and total != expected:
+            raise _Size(total)
+        if total > _LEAST_LIMIT + _MOST_RATIO * sum(lengths):
+            raise ValueError(f"an array of {sum(lengths)} bytes unpacks to {total} bytes")
         body, _ = rest.take(sum(lengths))
         ends = accumulate([0, *lengths])
         sizes = ([full] * (count - 1) + [last or full])[:count]
@@ -175,7 +228,7 @@ class _Arrays:
     def _block(self, packed: bytes, size: int) -> bytes:
         """One block, unpacked no further than its declared size."""
         assert self.unpacker is not None
-        plain = self.unpacker().decompress(packed, size + 1)
+        plain = self.unpacker(packed, size + 1)
         if len(plain) != size:
             raise ValueError(f"a compressed block does not hold the {size} bytes that its header says")
         return plain

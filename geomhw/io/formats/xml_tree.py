@@ -6,6 +6,9 @@ from xml.etree.ElementTree import Element, TreeBuilder, XMLParser
 
 #: Characters that an XML attribute cannot hold [XML 1.0, sec. 2.2 and 3.3.3]: control characters, single surrogates.
 UNWRITABLE = re.compile("[\x00-\x1f\ud800-\udfff\ufffe\uffff]")
+#: Parsing takes 28 bytes of memory for each byte of an attribute.
+LONGEST_TAG = 1 << 16
+_LONG_TAG = re.compile(rb"<(?!!--)[^>]{%d}|=\s*(?:\"[^\"]{%d}|'[^']{%d})" % ((LONGEST_TAG,) * 3))
 #: A VTK file has a few elements an array, a series one a frame; each takes a hundred bytes of memory and more.
 MOST_TAGS, LEAST_BYTES_A_TAG = 1000, 32
 
@@ -14,6 +17,8 @@ def parse_xml(data: bytes) -> Element:
     """Return the root element; ParseError if the data are not XML, ValueError if they are not XML of VTK's kind."""
     if (tags := data.count(b"<")) > MOST_TAGS and tags * LEAST_BYTES_A_TAG > len(data):
         raise ValueError(f"{tags} tags in {len(data)} bytes are no data")
+    if _LONG_TAG.search(data):
+        raise ValueError(f"it has a tag of more than {LONGEST_TAG} bytes")
     parser = XMLParser(target=_WithoutDocumentType())
     parser.feed(data)
     root: Element = parser.close()
