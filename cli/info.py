@@ -26,6 +26,7 @@ CONSEQUENCES = {
     "need no orientation.",
     "one_sided_pieces": "geodesic, vecdiffuse and advect accept them; fluid and helmholtz refuse them.",
     "coincident_vertices": "The surface is not connected across them.",
+    "nearly_coincident_vertices": "The surface is not connected across them; geomhw repair joins them.",
     "negative_edges": "Heat may become negative there and distances beside slivers inaccurate; --robust avoids both.",
     "boundary_loops": "No flow crosses them.",
     "components": "Distance is inf on a component without a source.",

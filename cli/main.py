@@ -18,6 +18,7 @@ from geomhw_cli.geodesic import geodesic
 from geomhw_cli.helmholtz import helmholtz
 from geomhw_cli.info import info
 from geomhw_cli.operators import operators
+from geomhw_cli.repair import repair
 from geomhw_cli.vecdiffuse import vecdiffuse
 
 #: Environment variables from which linear algebra libraries read their number of threads when they are loaded.
@@ -75,7 +76,7 @@ def program() -> None:
     """
 
 
-for command in (advect, compare, fluid, geodesic, helmholtz, info, operators, vecdiffuse):
+for command in (advect, compare, fluid, geodesic, helmholtz, info, operators, repair, vecdiffuse):
     program.add_command(command)
 
 

@@ -86,6 +86,8 @@ def _split(spec: str) -> tuple[Path, str]:
     head = spec.rpartition(":")[0]
     shown = Path(head if len(head) > 1 else spec)
     reason = "it is a folder" if shown.is_dir() else "there is no such file"
+    if shown.exists() and not shown.is_dir():
+        reason = "it is no regular file"
     raise FieldError(f"{shown}: {reason}, in the field '{spec}'")
 
 

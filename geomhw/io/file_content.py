@@ -1,21 +1,39 @@
 """Whole files as bytes, lines of text or JSON; a file that cannot be read gives a one-line error."""
 
 import json
+import re
+import stat
 from pathlib import Path
 from typing import Any
 
 from geomhw.errors import FormatError
 
+_OTHER_FILES = {stat.S_ISFIFO: "named pipe", stat.S_ISCHR: "device", stat.S_ISBLK: "device", stat.S_ISSOCK: "socket"}
+#: Text in UTF-16: a byte-order mark, or a Latin letter in two bytes of either order.
+_UTF16 = re.compile(rb"\xff\xfe|\xfe\xff|[\t\n\r -~]\0[\t\n\r -~]\0|\0[\t\n\r -~]\0[\t\n\r -~]")
+
+
+def refuse_utf16(path: Path, data: bytes) -> None:
+    """Raise FormatError if a file starts as text in UTF-16 does."""
+    if _UTF16.match(data):
+        raise FormatError(f"{path} is text in UTF-16, which is not read; save it in UTF-8")
+
 
 def read_bytes(path: Path, limit: int | None = None) -> bytes:
-    """Return the first ``limit`` bytes of a file, by default all; FormatError if it cannot be read or is empty."""
+    """Return the first ``limit`` bytes of a file, by default all; FormatError if it cannot be read or is empty.
+
+    Only regular files are read: a named pipe may never end, and reading a device has effects.
+    """
     try:
+        mode = path.stat().st_mode
+        if other := next((kind for test, kind in _OTHER_FILES.items() if test(mode)), ""):
+            raise FormatError(f"{path} cannot be read: it is a {other}, not a regular file")
         with path.open("rb") as stream:
             data = stream.read(limit)
     except FileNotFoundError:
         raise FormatError(f"{path}: there is no such file") from None
-    except OSError as error:
-        reason = "it is a folder" if path.is_dir() else (error.strerror or str(error)).lower()
+    except (OSError, ValueError) as error:
+        reason = "it is a folder" if path.is_dir() else (getattr(error, "strerror", None) or str(error)).lower()
         raise FormatError(f"{path} cannot be read: {reason}") from error
     if not data:
         raise FormatError(f"{path} is an empty file")
@@ -41,7 +59,9 @@ def read_lines(path: str | Path) -> list[tuple[int, str]]:
     """
     path = Path(path)
     try:
-        text = read_bytes(path).decode("utf-8-sig")
+        data = read_bytes(path)
+        refuse_utf16(path, data)
+        text = data.decode("utf-8-sig")
     except UnicodeDecodeError:
         raise FormatError(f"{path} is not a text file in UTF-8") from None
     bare = [line.partition("#")[0].strip() for line in text.splitlines()]

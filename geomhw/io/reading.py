@@ -5,7 +5,7 @@ from pathlib import Path
 
 from geomhw.errors import FormatError
 from geomhw.io import formats
-from geomhw.io.file_content import read_bytes
+from geomhw.io.file_content import read_bytes, refuse_utf16
 from geomhw.io.formats.meshio_read import FORMATS, read_external
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.results import Cloud, Result
@@ -27,14 +27,14 @@ def read(path: str | Path) -> Result:
     Returns
     -------
     The mesh, with vertices and faces in the order of the file; its numeric arrays of up to nine components as fields;
-    and a report with ``file``, ``format``, and where they apply ``polygons`` (number of polygons that became a fan of
-    triangles around their first corner), ``ignored`` (kinds of elements left out) and ``single_precision`` (names of
-    arrays stored with 4 bytes a number).
+    and a report with ``file``, ``format``, and where they apply ``polygons`` (number of polygons that were divided into
+    triangles), ``ignored`` (kinds of elements left out), ``single_precision`` (names of arrays stored with 4 bytes a
+    number) and ``remarks`` (sentences on what was left out, joined or moved, such as faces of two corners).
 
     Raises
     ------
     FormatError
-        If the file cannot be read or is damaged; the message gives the line or the element.
+        If the file cannot be read, is no regular file, or is damaged; the message gives the line or the element.
     MeshError
         If a coordinate is not finite.
 
@@ -51,10 +51,15 @@ def read(path: str | Path) -> Result:
         reason = f"'{path.suffix}' is not a mesh format that is read" if path.suffix else "the name has no extension"
         raise FormatError(f"{path}: {reason}; known are {' '.join(READABLE)}")
     if extension in FORMATS:
-        read_bytes(path, limit=1)  # refuse what cannot be opened, as for other formats
+        refuse_utf16(path, read_bytes(path, limit=4))  # and what cannot be opened, as for other formats
         return read_external(path)
     reader: Callable[[str, bytes], Result] = getattr(formats, f"read_{extension[1:]}")
-    return reader(path.name, read_bytes(path))
+    data = read_bytes(path)
+    try:
+        return reader(path.name, data)
+    except FormatError:
+        refuse_utf16(path, data)
+        raise
 
 
 def read_mesh(path: str | Path) -> TriangleMesh:

@@ -32,6 +32,8 @@ from .primitives import (
 from .primitives import (
     torus as torus,
 )
+from .repair import Repair as Repair
+from .repair import repair as repair
 from .surface_points import (
     SurfacePoints as SurfacePoints,
 )

@@ -9,7 +9,9 @@ from geomhw.arrays import Ints
 from geomhw.mesh import geometry, topology
 from geomhw.mesh.orientation import without_duplicate_faces
 from geomhw.mesh.orientation_signs import one_sided_faces, orientation_labels
+from geomhw.mesh.repair import weld_tolerance
 from geomhw.mesh.triangle_mesh import TriangleMesh
+from geomhw.mesh.welding import distinct_points, first_nearby
 
 #: Class of a finding: not a clean surface, possible loss of accuracy, or neutral information.
 Kind = Literal["defect", "note", "fact"]
@@ -22,6 +24,7 @@ _DESCRIPTIONS: dict[str, tuple[Kind, str]] = {
     "inconsistent_edges": ("defect", "edges whose two faces disagree in orientation"),
     "one_sided_pieces": ("defect", "one-sided parts, such as a Moebius band, by their lowest face"),
     "coincident_vertices": ("note", "vertices at the position of an earlier vertex, and that vertex"),
+    "nearly_coincident_vertices": ("note", "vertices nearly at the position of an earlier vertex, and that vertex"),
     "negative_edges": ("note", "edges of negative cotan weight, opposite wide angles"),
     "boundary_loops": ("fact", "boundary loops, by their lowest vertex"),
     "components": ("fact", "components, by their lowest vertex"),
@@ -76,6 +79,7 @@ def findings(mesh: TriangleMesh) -> list[Finding]:
         "inconsistent_edges": _inconsistent_edges(single, one_sided),
         "one_sided_pieces": _lowest(patches, one_sided),
         "coincident_vertices": _coincident(mesh),
+        "nearly_coincident_vertices": _nearly_coincident(mesh),
         "negative_edges": _negative_edges(mesh),
         "boundary_loops": np.sort(np.array([loop.min() for loop in mesh.boundary_loops], dtype=np.int64)),
         "components": components if len(components) > 1 else components[:0],
@@ -132,13 +136,19 @@ def _inconsistent_edges(mesh: TriangleMesh, one_sided: Ints) -> Ints:
 
 def _coincident(mesh: TriangleMesh) -> Ints:
     """Return vertices at exactly the position of an earlier vertex, and the first such vertex, (k, 2)."""
-    places = mesh.vertices + 0.0  # -0.0 becomes 0.0
-    order = np.lexsort(places.T)  # stable: among equals the lowest comes first
-    new = np.concatenate([[True], np.any(np.diff(places[order], axis=0) != 0, axis=1)])
-    first = np.empty_like(order)
-    first[order] = order[np.flatnonzero(new)[np.cumsum(new) - 1]]
-    copies = np.flatnonzero(first != np.arange(mesh.n_vertices))
-    return np.stack([copies, first[copies]], axis=1)
+    first, inverse = distinct_points(mesh.vertices)
+    copies = np.flatnonzero(first[inverse] != np.arange(mesh.n_vertices))
+    return np.stack([copies, first[inverse[copies]]], axis=1)
+
+
+def _nearly_coincident(mesh: TriangleMesh) -> Ints:
+    """Return vertices close to an earlier vertex but not at its position or of one face with it, and that, (k, 2)."""
+    used = np.unique(mesh.faces)
+    used = used[distinct_points(mesh.vertices[used])[0]]
+    first = used[first_nearby(mesh.vertices[used], weld_tolerance(mesh))]
+    pairs = np.stack([used, first], axis=1)[first != used]
+    joined = mesh.edges[:, 0].astype(np.int64) * mesh.n_vertices + mesh.edges[:, 1]
+    return pairs[~np.isin(pairs.min(axis=1) * mesh.n_vertices + pairs.max(axis=1), joined)]
 
 
 def _negative_edges(mesh: TriangleMesh) -> Ints:

@@ -10,6 +10,7 @@ import numpy as np
 from geomhw.errors import FormatError
 from geomhw.io.artifacts.arrays import read_numpy
 from geomhw.io.atomic import replacing
+from geomhw.io.file_content import read_bytes
 
 _DESCRIPTION = "description"
 
@@ -39,16 +40,15 @@ def read_checkpoint(path: str | Path) -> tuple[dict[str, Any], dict[str, Any]]:
     FormatError
         If the file does not exist or is not a checkpoint.
     """
+    data = read_bytes(Path(path))
     try:
-        arrays = read_numpy(Path(path).read_bytes())
+        arrays = read_numpy(data)
         if not isinstance(arrays, dict):
             raise ValueError("it is one array")
         description = json.loads(str(arrays.pop(_DESCRIPTION)))
         if not isinstance(description, dict):
             raise ValueError("its description is not of a run")
         return description, arrays
-    except FileNotFoundError:
-        raise FormatError(f"{path}: there is no such file to restart from") from None
     except Exception:  # zipfile, numpy and json each have their own errors
         name = Path(path).name
         raise FormatError(f"{name} holds no state to restart from; give the .restart.npz of an earlier run") from None

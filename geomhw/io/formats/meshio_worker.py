@@ -10,6 +10,7 @@ import pickle
 import re
 import signal
 import sys
+import tempfile
 import warnings
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -25,6 +26,9 @@ SECONDS, SECONDS_A_BYTE = 1.0, 1e-5
 #: Memory for any file beyond that of the libraries, in bytes, and for each byte of the file.
 MEMORY, MEMORY_A_BYTE = 1 << 25, 20
 _TOO_MUCH = "it asks for more memory than a file of its size can need"
+#: Sections of Gmsh files beside the geometry, as patterns: data on elements, which meshio reads only if all elements
+#: have them, and groups of elements.
+_GMSH_EXTRAS = ("Element(?:Node)?Data", "(?:Element|Node|ElementNode)Data|Periodic|PhysicalNames|Entities")
 _VOLUMES = ("tetra", "hexahedron", "wedge", "pyramid", "penta", "polyhedron", "voxel")
 
 
@@ -56,18 +60,46 @@ def unreadable(path: Path, kind: str, reason: str) -> FormatError:
 
 def extract(path: Path, kind: str) -> Any:
     """Return meshio's mesh; FormatError where meshio does anything but return."""
-    import meshio
-
-    silent = io.StringIO()
     try:
-        with contextlib.redirect_stdout(silent), contextlib.redirect_stderr(silent), warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            return meshio.read(path)
+        return _meshio_mesh(path)
     except MemoryError:
         raise unreadable(path, kind, _TOO_MUCH) from None
     except (Exception, SystemExit) as error:
+        if kind == "Gmsh":
+            for sections in _GMSH_EXTRAS:
+                with contextlib.suppress(Exception):
+                    return _without_sections(path, sections)
         reason = "" if isinstance(error, SystemExit) else " ".join(str(error).split())[:200]
         raise unreadable(path, kind, reason) from error
+
+
+def _without_sections(path: Path, sections: str) -> Any:
+    """Return meshio's mesh of a Gmsh file without some sections; ValueError if it has none of them."""
+    pattern = re.compile(rb"^\$(%s)\b.*?^\$End\1[^\n]*\n?" % sections.encode(), re.DOTALL | re.MULTILINE)
+    data = path.read_bytes()
+    names = sorted({match[1].decode() for match in pattern.finditer(data)})
+    if not names:
+        raise ValueError("no such section")
+    with tempfile.TemporaryDirectory() as folder:
+        reduced = Path(folder) / path.name
+        reduced.write_bytes(pattern.sub(b"", data))
+        mesh = _meshio_mesh(reduced)
+    mesh.info = {"remarks": [f"left out the sections {', '.join(names)}, which do not fit the elements"]}
+    return mesh
+
+
+def _meshio_mesh(path: Path) -> Any:
+    """Return meshio's mesh of a file; what it prints is lost."""
+    import meshio
+
+    silent = io.StringIO()
+    with (
+        contextlib.redirect_stdout(silent),
+        contextlib.redirect_stderr(silent),
+        warnings.catch_warnings(),
+    ):
+        warnings.simplefilter("ignore")
+        return meshio.read(path)
 
 
 def surface(name: str, mesh: Any) -> Polygons:
@@ -85,6 +117,9 @@ def surface(name: str, mesh: Any) -> Polygons:
     points = np.asarray(mesh.points, dtype=np.float64)
     if points.ndim != 2 or points.shape[1] not in (2, 3):
         raise FormatError(f"{name} holds points of shape {points.shape}; they need two or three coordinates")
+    remarks = [*(mesh.info or {}).get("remarks", ())]
+    if any(kind.startswith(_VOLUMES) for kind in ignored):
+        remarks.append(f"left out cells that are no faces: {', '.join(ignored)}")
     return Polygons(
         points=np.pad(points, ((0, 0), (0, 3 - points.shape[1]))),  # a flat file has z = 0
         corners=np.concatenate([block.ravel() for block in blocks]).astype(np.int64),
@@ -92,9 +127,7 @@ def surface(name: str, mesh: Any) -> Polygons:
         vertex_arrays=_joined({key: [values] for key, values in mesh.point_data.items()}),
         face_arrays=_joined({key: [values[i] for i in faces] for key, values in mesh.cell_data.items()}),
         notes={"ignored": ignored} if ignored else {},
-        remarks=[f"left out cells that are no faces: {', '.join(ignored)}"]
-        if any(kind.startswith(_VOLUMES) for kind in ignored)
-        else [],
+        remarks=remarks,
     )
 
 

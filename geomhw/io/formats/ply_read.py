@@ -3,10 +3,9 @@
 Hand-written because meshio reads a damaged coordinate as NaN and drops face arrays, and VTK repeats the last number.
 """
 
-import re
 from array import array
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from struct import Struct
 from typing import Any
 
@@ -17,31 +16,14 @@ from geomhw.arrays import Ints
 from geomhw.errors import FormatError
 from geomhw.io.formats.build_result import build_result, counted
 from geomhw.io.formats.number_parsing import cast_exactly
+from geomhw.io.formats.ply_header import ORDERS, Element, Property, read_header
 from geomhw.io.formats.polygons import Polygons, ranges, strip_triangles
 from geomhw.io.formats.text_file import NumberRows, TextFile
 from geomhw.results import Result
 
-_TYPES = {"char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4", "float": "f4"}
-_TYPES |= {"double": "f8", "int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2", "int32": "i4", "uint32": "u4"}
-_TYPES |= {"float32": "f4", "float64": "f8", "int64": "i8", "uint64": "u8"}
-_ORDERS = {"ascii": "<", "binary_little_endian": "<", "binary_big_endian": ">"}
 _STRUCT = {"i1": "b", "u1": "B", "i2": "h", "u2": "H", "i4": "i", "u4": "I", "f4": "f", "f8": "d", "i8": "q", "u8": "Q"}
 #: Names of the list of a face's corners.
 _CORNERS = ("vertex_indices", "vertex_index")
-
-
-@dataclass(frozen=True)
-class _Property:
-    name: str
-    kind: str
-    count: str | None = None  # type of the length in front of a list
-
-
-@dataclass(frozen=True)
-class _Element:
-    name: str
-    size: int
-    properties: list[_Property] = field(default_factory=list)
 
 
 @dataclass(frozen=True)
@@ -57,11 +39,11 @@ _Columns = dict[str, NDArray[Any] | _Lists]
 
 def read_ply(name: str, data: bytes) -> Result:
     """Return the mesh and its arrays; scalars ``v_x v_y v_z`` become one vector array ``v``."""
-    order, elements, start = _header(name, data)
+    order, elements, start = read_header(name, data)
     remarks: list[str] = []
     if order != "ascii":
         buffer = np.frombuffer(data, np.uint8)[start:]
-        found, ignored, end = _elements(name, elements, buffer, _ORDERS[order], False)
+        found, ignored, end = _elements(name, elements, buffer, ORDERS[order], False)
         if surplus := len(data[start + end :].strip()):
             remarks.append(f"left out {counted(surplus, 'byte')} after the last element")
     else:
@@ -70,7 +52,7 @@ def read_ply(name: str, data: bytes) -> Result:
 
 
 def _elements(
-    name: str, elements: list[_Element], buffer: NDArray[np.uint8], order: str, text: bool
+    name: str, elements: list[Element], buffer: NDArray[np.uint8], order: str, text: bool
 ) -> tuple[dict[str, _Columns], list[str], int]:
     """The columns of the elements that are read, the names of other elements, and where the last one ends."""
     offset, found, ignored = 0, {}, []
@@ -87,7 +69,7 @@ def _elements(
 
 
 def _text_elements(
-    name: str, elements: list[_Element], data: bytes, start: int, remarks: list[str]
+    name: str, elements: list[Element], data: bytes, start: int, remarks: list[str]
 ) -> tuple[dict[str, _Columns], list[str]]:
     """The elements of a text file: one in a line, with what goes beyond it left out, or wherever the lines end."""
     text = TextFile(name, data)
@@ -118,7 +100,7 @@ def _text_elements(
     return found, ignored
 
 
-def _declared_numbers(elements: list[_Element], numbers: NumberRows) -> Ints | None:
+def _declared_numbers(elements: list[Element], numbers: NumberRows) -> Ints | None:
     """Positions of the numbers that the header declares, if each element has its line and some have more than that."""
     needed, row, last = np.empty_like(numbers.counts, dtype=np.int64), 0, len(numbers.values) - 1
     for element in elements:
@@ -198,34 +180,6 @@ def _vectors(columns: _Columns) -> dict[str, NDArray[Any]]:
     return arrays
 
 
-def _header(name: str, data: bytes) -> tuple[str, list[_Element], int]:
-    """Encoding, elements, and where the body begins."""
-    if not re.match(rb"ply\s*[\r\n]", data):
-        raise FormatError(f"{name}, line 1: a PLY file starts with 'ply'")
-    end = re.search(rb"[\r\n]end_header[ \t]*(\r\n|\n|\r|$)", data)
-    if end is None:
-        raise FormatError(f"{name} ends inside its header: there is no 'end_header'")
-    order, elements = "", []
-    for number, line in enumerate(data[: end.start()].decode("utf-8", "replace").splitlines(), start=1):
-        match line.split():
-            case ["format", kind, *_]:
-                order = kind
-            case ["element", key, count] if re.fullmatch(r"[0-9]{1,18}", count):
-                elements.append(_Element(key, int(count)))
-            case ["property", "list", count, kind, key] if elements and {count, kind} <= _TYPES.keys():
-                elements[-1].properties.append(_Property(key, _TYPES[kind], _TYPES[count]))
-            case ["property", kind, key] if elements and kind in _TYPES:
-                elements[-1].properties.append(_Property(key, _TYPES[kind]))
-            case [] | ["ply"] | ["comment" | "obj_info", *_]:
-                pass
-            case _:
-                shown = line.strip()[:60]
-                raise FormatError(f"{name}, line {number}: '{shown}' is not understood in the header of a PLY file")
-    if order not in _ORDERS:
-        raise FormatError(f"{name} is in the unknown PLY format '{order}'; known are {', '.join(_ORDERS)}")
-    return order, elements, end.end()
-
-
 class _Rows:
     """The rows of one element: where each begins, how long its lists are, and where the next element begins.
 
@@ -234,7 +188,7 @@ class _Rows:
     """
 
     def __init__(
-        self, name: str, element: _Element, buffer: NDArray[np.uint8], offset: int, order: str, text: bool
+        self, name: str, element: Element, buffer: NDArray[np.uint8], offset: int, order: str, text: bool
     ) -> None:
         self.name, self.element, self.buffer, self.order, self.text = name, element, buffer, order, text
         self.begins, self.lengths, end = self._walk(offset, min(element.size, 1))
@@ -261,7 +215,7 @@ class _Rows:
                     return False
         return True
 
-    def _properties(self) -> Iterator[tuple[_Property, Ints, Ints]]:
+    def _properties(self) -> Iterator[tuple[Property, Ints, Ints]]:
         """Each property with the offsets and numbers of its values in the rows."""
         at, lengths = self.begins, iter(self.lengths.T)
         for item in self.element.properties:
@@ -311,7 +265,7 @@ class _Rows:
     def _stored(self, declared: str) -> np.dtype[Any]:
         return np.dtype(self.order + self._type(declared))
 
-    def _declared(self, item: _Property, values: NDArray[Any]) -> NDArray[Any]:
+    def _declared(self, item: Property, values: NDArray[Any]) -> NDArray[Any]:
         """Values in the type of the header and in native byte order."""
         try:
             return cast_exactly(values, np.dtype(item.kind)) if self.text else values.astype(item.kind, copy=False)

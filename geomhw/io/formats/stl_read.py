@@ -32,7 +32,8 @@ def read_stl(name: str, data: bytes) -> Result:
     """Return the welded mesh; vertices are in the order of their first occurrence."""
     count = int.from_bytes(data[80:_HEAD], "little")
     found = (len(data) - _HEAD) / _FACET.itemsize
-    is_text = found != count and _SOLID.match(data) is not None and b"\0" not in data[:_HEAD].rstrip(b"\0\r\n")
+    head = data[:_HEAD] if len(data) > _HEAD else data.rstrip(b"\0\r\n")
+    is_text = found != count and _SOLID.match(data) is not None and b"\0" not in head
     remarks: list[str] = []
     if is_text:
         soup, sizes, precision, remarks = _from_text(name, data)
