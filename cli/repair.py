@@ -63,6 +63,8 @@ def repair(mesh_path: Path, tolerance: float | None, outputs: tuple[Path, ...], 
     from geomhw.mesh.repair import repair as repaired
     from geomhw.results import Field, Result
 
+    if tolerance is not None and not tolerance < float("inf"):
+        raise click.BadParameter("must be a finite number", param_hint="--tolerance")
     check_outputs(outputs, [mesh_path])
     content = read(mesh_path)
     done = repaired(content.mesh, tolerance)

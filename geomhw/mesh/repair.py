@@ -74,7 +74,7 @@ def repair(mesh: TriangleMesh, tolerance: float | None = None) -> Repair:
     Raises
     ------
     MeshError
-        If no face is left.
+        If no face is left, or the tolerance is negative or more than the median length of an edge.
 
     Examples
     --------
@@ -85,6 +85,10 @@ def repair(mesh: TriangleMesh, tolerance: float | None = None) -> Repair:
     """
     if tolerance is None:
         tolerance = weld_tolerance(mesh)
+    if not 0 <= tolerance <= (median := float(np.median(mesh.edge_lengths))):
+        raise MeshError(
+            f"vertices are joined within 0 to {median:.6g}, the median length of an edge, not {tolerance:g}"
+        )
     first = _first_vertices(mesh.vertices, tolerance)
     used = np.zeros(mesh.n_vertices, dtype=bool)
     used[mesh.faces] = True

@@ -10,6 +10,8 @@ from geomhw.arrays import Floats, Ints
 
 #: Odd factors that mix the bits of three coordinates [xxHash64].
 _PRIMES = np.array([0x9E3779B185EBCA87, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9], dtype=np.uint64)
+#: Points of a cube that are compared with those of other cubes.
+_CROWD = 8
 #: A direction in which few points of a mesh have equal positions.
 _DIRECTION = np.array([0.5411961, 0.7653669, 0.3490659]) / 0.9999
 
@@ -76,13 +78,29 @@ def first_nearby(points: Floats, tolerance: float) -> Ints:
     near = _may_be_near(points, tolerance)
     if len(near) < 2:
         return group
-    pairs = cKDTree(points[near]).query_pairs(tolerance, output_type="ndarray")
-    graph = coo_array((np.ones(len(pairs)), pairs.T), shape=(len(near), len(near)))
+    links, few = _crowds(points[near], tolerance)
+    pairs = few[cKDTree(points[near][few]).query_pairs(tolerance, output_type="ndarray")]
+    links = np.concatenate([links, pairs])
+    graph = coo_array((np.ones(len(links)), links.T), shape=(len(near), len(near)))
     labels = connected_components(graph, directed=False)[1]
     lowest = np.full(len(near), len(points))
     np.minimum.at(lowest, labels, near)
     group[near] = lowest[labels]
     return group
+
+
+def _crowds(points: Floats, tolerance: float) -> tuple[Ints, Ints]:
+    """Links from points to the first in their cube of this diagonal, and the first points of each cube.
+
+    The pairs among these are a bounded number for each point, however many lie in one place.
+    """
+    cubes = np.floor(points / (tolerance / np.sqrt(3)))
+    inverse = distinct_points(cubes)[1]
+    order = np.argsort(inverse, kind="stable")
+    begins = np.flatnonzero(np.diff(inverse[order], prepend=-1))
+    rank = np.arange(len(order)) - np.repeat(begins, np.diff(begins, append=len(order)))
+    first = order[np.repeat(begins, np.diff(begins, append=len(order)))]
+    return np.stack([order, first], axis=1)[rank > 0], np.sort(order[rank < _CROWD])
 
 
 def _may_be_near(points: Floats, tolerance: float) -> Ints:

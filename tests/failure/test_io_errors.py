@@ -47,6 +47,7 @@ def test_no_permission(tmp_path, monkeypatch):
     def refuse(self, mode):
         raise PermissionError(13, "Permission denied", os.fspath(self))
 
+    (tmp_path / "moo.off").touch()
     monkeypatch.setattr("pathlib.Path.open", refuse)
     assert not missing(message(tmp_path / "moo.off"), "moo.off ... cannot be read ... permission denied")
 
