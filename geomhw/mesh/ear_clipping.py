@@ -35,74 +35,53 @@ def triangulate_polygons(points: Floats, corners: Ints, begins: Ints, sizes: Int
     """
     triangles = np.empty((int(np.sum(sizes - 2)), 3), corners.dtype)
     success = np.empty(len(sizes), dtype=np.bool_)
-    _clip_all(np.ascontiguousarray(points), corners, begins, sizes, triangles, success)
+    row = 0
+    for k, (begin, size) in enumerate(zip(begins.tolist(), sizes.tolist(), strict=True)):
+        ids = corners[begin : begin + size]
+        x, y, rounding = _plane(points[ids])
+        local = np.empty((size - 2, 3), dtype=np.int64)
+        success[k] = rounding >= 0 and _clip(x, y, rounding, np.argsort(x, kind="stable"), local)
+        if not success[k]:
+            local = np.add.outer(np.arange(size - 2), [0, 1, 2])
+            local[:, 0] = 0
+        triangles[row : row + size - 2] = ids[local]
+        row += size - 2
     return triangles, success
 
 
-@compiled
-def _clip_all(points: Floats, corners: Ints, begins: Ints, sizes: Ints, triangles: Ints, success: Ints) -> None:
-    row = 0
-    for k in range(len(sizes)):
-        size = sizes[k]
-        ids = corners[begins[k] : begins[k] + size]
-        x, y, rounding = _plane(points, ids)
-        local = np.empty((size - 2, 3), dtype=np.int64)
-        success[k] = rounding >= 0 and _clip(x, y, rounding, local)
-        for j in range(size - 2):
-            for c in range(3):
-                at = local[j, c] if success[k] else (0 if c == 0 else j + c)
-                triangles[row + j, c] = ids[at]
-        row += size - 2
-
-
-@compiled
-def _plane(points: Floats, ids: Ints) -> tuple[Floats, Floats, float]:
+def _plane(points: Floats) -> tuple[Floats, Floats, float]:
     """Two coordinates of each corner, counterclockwise, and the rounding of twice an area; -1 for zero area."""
-    size = len(ids)
-    local = np.empty((size, 3))
-    reach, extent = 0.0, 0.0
-    for i in range(size):
-        for c in range(3):
-            local[i, c] = points[ids[i], c] - points[ids[0], c]
-            reach = max(reach, abs(points[ids[i], c]))
-            extent = max(extent, abs(local[i, c]))
-    area = np.zeros(3)
-    for i in range(1, size - 1):
-        for c in range(3):
-            p, q = (c + 1) % 3, (c + 2) % 3
-            area[c] += local[i, p] * local[i + 1, q] - local[i, q] * local[i + 1, p]
-    axis = 0
-    for c in range(1, 3):
-        if abs(area[c]) > abs(area[axis]):
-            axis = c
-    rounding = _ROUNDINGS * reach * extent
-    x, y = local[:, (axis + 1) % 3].copy(), local[:, (axis + 2) % 3].copy()
+    local = points - points[0]
+    area = np.cross(local[1:-1], local[2:]).sum(axis=0)
+    axis = int(np.abs(area).argmax())
+    rounding = _ROUNDINGS * float(np.abs(points).max()) * float(np.abs(local).max())
+    x, y = (np.ascontiguousarray(local[:, (axis + k) % 3]) for k in (1, 2))
     if area[axis] < 0:
         x, y = y, x
     return x, y, rounding if abs(area[axis]) > rounding else -1.0
 
 
 @compiled
-def _clip(x: Floats, y: Floats, rounding: float, triangles: Ints) -> bool:
-    """Cut ears until one triangle is left; False if there are none before."""
+def _clip(x: Floats, y: Floats, rounding: float, order: Ints, triangles: Ints) -> bool:
+    """Cut ears until one triangle is left; False if there are none before. order: of the corners by x."""
     n = len(x)
-    after, before = np.roll(np.arange(n), -1), np.roll(np.arange(n), 1)
+    after, before, ring = np.empty(n, np.int64), np.empty(n, np.int64), np.empty(n, np.int64)
     # The corners that are left, as a list by x, so that an ear is compared with those beside it only.
-    order = np.argsort(x)
-    right, left = np.full(n, -1), np.full(n, -1)
-    right[order[:-1]], left[order[1:]] = order[1:], order[:-1]
-    ring, queued = np.arange(n), np.ones(n, dtype=np.bool_)  # corners to test
-    blocker = np.full(n, -1)  # a corner within the triangle at i
-    gone = np.zeros(n, dtype=np.bool_)
-    first, count, stage, row = 0, n, 0, 0
+    right, left = np.empty(n, np.int64), np.empty(n, np.int64)
+    blocker = np.empty(n, np.int64)  # a corner within the triangle at i
+    gone, queued = np.zeros(n, np.bool_), np.ones(n, np.bool_)
+    for i in range(n):
+        after[i], before[i], ring[i], blocker[i] = (i + 1) % n, (i - 1) % n, i, -1
+        right[order[i]] = order[i + 1] if i + 1 < n else -1
+        left[order[i]] = order[i - 1] if i > 0 else -1
+    first, count, stage, row = 0, n, 0, 0  # of the ring of corners to test
     while row < n - 3:
         if count == 0:
-            woken = False
-            for i in range(n):  # the list by x goes round no faster
+            for i in range(n):
                 if not gone[i] and blocker[i] >= 0 and gone[blocker[i]]:
-                    ring[(first + count) % n], queued[i], woken = i, True, True
+                    ring[(first + count) % n], queued[i] = i, True
                     count += 1
-            if not woken:
+            if count == 0:
                 stage += 1
                 if stage == len(_SHAPES):
                     return False
@@ -131,7 +110,9 @@ def _clip(x: Floats, y: Floats, rounding: float, triangles: Ints) -> bool:
             if not queued[j]:
                 ring[(first + count) % n], queued[j] = j, True
                 count += 1
-    last = int(np.argmin(gone))
+    last = 0
+    while gone[last]:
+        last += 1
     a, c = before[last], after[last]
     triangles[row, 0], triangles[row, 1], triangles[row, 2] = a, last, c
     return _doubled_area(x, y, a, last, c) > rounding

@@ -16,7 +16,9 @@ from fuzz.mutations import mutated
 from fuzz.targets import TARGETS, feed
 from geomhw.errors import FormatError
 from geomhw.io import read, read_arrays, read_csv, read_series
+from geomhw.io.formats.lz4_block import unpack_lz4
 from geomhw.io.formats.meshio_read import FORMATS
+from geomhw.mesh.ear_clipping import triangulate_polygons
 
 FUZZ = Path(__file__).parents[1] / "fuzz"
 SEEDS = {name: sorted((FUZZ / "corpus" / name).iterdir()) for name in TARGETS}
@@ -25,6 +27,13 @@ DAMAGED_EACH, FORKED_EACH = 110, 12
 SECONDS = 1.0
 #: Bytes of memory per byte of a file, and for any file (imported modules, tables of a decoder).
 MEMORY_A_BYTE, MEMORY, LZMA_MEMORY = 20, 1 << 20, 72 << 20
+
+
+@pytest.fixture(scope="module", autouse=True)
+def compiled_loops() -> None:
+    """Compile the loops of the readers before times are taken."""
+    triangulate_polygons(np.eye(3), np.arange(3), np.array([0]), np.array([3]))
+    unpack_lz4(b"\x10a", 1)
 
 
 @pytest.mark.parametrize("path", [path for paths in SEEDS.values() for path in paths], ids=lambda p: p.name)
