@@ -123,7 +123,7 @@ def weld(soup: Floats, precision: float, remarks: list[str]) -> tuple[Floats, In
         edges = points[corners[1::3]] - points[corners[: len(corners) - 1 : 3]]
         median = float(np.median(np.linalg.norm(edges, axis=1)))
         tolerance = min(precision * float(np.abs(points).max()), _COARSEST * extent, _MEDIAN * median)
-    if not 0 < tolerance < np.inf:
+    if not (0 < tolerance < np.inf and np.isfinite(points).all()):
         return soup[first], corners
     group = first_nearby(points, tolerance)
     kept = group == np.arange(len(group))

@@ -13,7 +13,7 @@ from geomhw.arrays import Floats, Ints
 from geomhw.errors import FormatError
 from geomhw.io.formats.number_parsing import parse_numbers
 
-_NUMBER = re.compile(rb"[+-]?(\d+\.?\d*([eE][+-]?\d+)?|\.\d+([eE][+-]?\d+)?|nan|inf(inity)?)", re.IGNORECASE)
+_NUMBER = re.compile(rb"[+-]?(\d+(\.\d*)?([eE][+-]?\d+)?|\.\d+([eE][+-]?\d+)?|nan|inf(inity)?)", re.IGNORECASE)
 _TOKEN, _CONTROL = re.compile(rb"[^\x00-\x20]+"), re.compile(rb"[\x01-\x08\x0e-\x1f]")
 _SPACE, _NEWLINE, _SLASH = 32, 10, 47
 #: Bytes that programs leave after the end of a text.

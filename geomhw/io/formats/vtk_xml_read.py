@@ -190,7 +190,7 @@ class _Arrays:
             try:
                 plain = self._unpack(coded, size) if self.unpacker else self._plain(coded)
             except _Size as error:
-                found = int(str(error)) / (width * kind.itemsize)
+                found = int(str(error)) / max(width * kind.itemsize, 1)
                 raise FormatError(
                     f"{self.name}: array '{element.get('Name')}' has {found:.8g} rows where the file has {rows}"
                 ) from None
