@@ -24,7 +24,8 @@ _SIGNIFICANT = re.compile(rb"[+-]?0*\.?0*(\d*\.?\d*)(?:[eE].*)?")
 _SINGLE = 2.0**-22
 #: The least tolerance, over the extent, for numbers of double precision; and the most, over extent and median edge.
 _DOUBLE, _COARSEST, _MEDIAN = 1e-9, 1e-3, 0.1
-#: Text numbers whose digits are counted, and digits below which nothing is known of their precision.
+#: Numbers whose digits are counted, and facets whose first edge is measured; digits below which nothing is known of
+#: their precision.
 _SAMPLE, _FEWEST = 3000, 6
 
 
@@ -120,16 +121,17 @@ def weld(soup: Floats, precision: float, remarks: list[str]) -> tuple[Floats, In
     points = soup[first].astype(np.float64)
     with np.errstate(invalid="ignore", over="ignore"):
         extent = float((points.max(axis=0) - points.min(axis=0)).max())
-        edges = points[corners[1::3]] - points[corners[: len(corners) - 1 : 3]]
+        step = 3 * max(1, len(corners) // (3 * _SAMPLE))
+        edges = points[corners[1::step]] - points[corners[: len(corners) - 1 : step]]
         median = float(np.median(np.linalg.norm(edges, axis=1)))
         tolerance = min(precision * float(np.abs(points).max()), _COARSEST * extent, _MEDIAN * median)
     if not (0 < tolerance < np.inf and np.isfinite(points).all()):
         return soup[first], corners
     group = first_nearby(points, tolerance)
     kept = group == np.arange(len(group))
-    if joined := int(np.count_nonzero(~kept)):
-        gap = float(np.abs(points - points[group]).max())
-        remarks.append(
-            f"joined {counted(joined, 'position')} with another one within {tolerance:.3g}, at most {gap:.3g} apart"
-        )
+    if kept.all():
+        return soup[first], corners
+    gap = float(np.abs(points - points[group]).max())
+    joined = counted(int(np.count_nonzero(~kept)), "position")
+    remarks.append(f"joined {joined} with another one within {tolerance:.3g}, at most {gap:.3g} apart")
     return soup[first[kept]], (np.cumsum(kept) - 1)[group[corners]]
