@@ -13,11 +13,14 @@ from geomhw_cli.runtime.frame_writer import FrameWriter
 from geomhw_cli.runtime.progress import progress
 from geomhw_cli.runtime.resume import load_state, save_state
 from geomhw_cli.specs import fields
+from geomhw_cli.specs.numbers import LARGEST, POSITIVE, SMALLEST, Number
 
 if TYPE_CHECKING:
     from geomhw.fluid.run import Plan
     from geomhw.fluid.state import FlowState, Scheme
     from geomhw.results import Result
+
+VISCOSITY = Number(SMALLEST, LARGEST, or_zero=True)
 
 
 @command(
@@ -33,7 +36,7 @@ if TYPE_CHECKING:
             ForceName,
             "jet: the tangential part of (0.2 h/dt)(cos 0.2πt, sin 0.2πt, 0) near the top. none: free flow.",
         ),
-        option("--restart", "FILE", options.FILE, "Resume from <OUT>.restart.npz of an earlier run."),
+        option("--restart", "FILE", options.INPUT, "Resume from <OUT>.restart.npz of an earlier run."),
         name="choices",
     ),
     OptionGroup(
@@ -52,11 +55,11 @@ if TYPE_CHECKING:
             "In stable-fluids: average the full velocity to vertices and back, or only its increment.",
         ),
         click.Option(["--filter/--no-filter", "smooth"], default=True, help="Remove noise at the grid scale."),
-        option("--viscosity", "NU", float, "Viscosity, length squared per time.", default=0.0),
+        option("--viscosity", "NU", VISCOSITY, "Viscosity, length squared per time.", default=0.0),
         options.DT,
-        option("--cfl", "C", float, "Instead of --dt: Courant number C; dt = C h / largest speed."),
+        option("--cfl", "C", POSITIVE, "Instead of --dt: Courant number C; dt = C h / largest speed."),
         options.STEPS,
-        option("--until", "T", float, "Instead of --steps: exact time of the end."),
+        option("--until", "T", POSITIVE, "Instead of --steps: exact time of the end."),
         options.EVERY,
         options.TRACERS,
         name="choices",
@@ -88,8 +91,7 @@ def fluid(mesh_path: Path, choices: dict[str, Any], files: dict[str, Any], repor
     from geomhw.fluid.vorticity_scheme import VorticityScheme
 
     restart, plan = choices.pop("restart"), _plan(choices)
-    inputs = fields.files_of(choices["init"], choices["color_spec"])
-    writer = FrameWriter.plan("fluid", mesh_path, inputs, report, **files)
+    writer = FrameWriter.plan("fluid", mesh_path, report, restart=restart, **files)
     job = writer.job
     mesh = job.read_oriented()
     with job.stage("set up"):
@@ -106,21 +108,15 @@ def fluid(mesh_path: Path, choices: dict[str, Any], files: dict[str, Any], repor
         if state is None:
             model = untraced.model if isinstance(untraced, VorticityScheme) else None
             velocity = fields.flow(choices["init"], mesh, model)
-            state = scheme.start(velocity, fields.color(choices["color_spec"], mesh))
-    try:
-        with job.stage("compute and write"), progress("fluid") as bar, writer.background:
-            for snapshot in run(scheme, state, plan, force):
-                state = snapshot.state
-                cloud = traced.cloud(state) if traced else None
-                # An uninterrupted run passes the regular states too, and can be continued from them.
-                checkpoint = partial(save_state, writer, mesh, state, choices) if snapshot.regular else None
-                writer.add(state.time, _frame(scheme, state), diagnostics(state, snapshot.dt), cloud, checkpoint)
-                bar(plan.share(state))
-    except KeyboardInterrupt:
-        if not writer.rows:
-            raise
-        valid = f"{writer.series.path} is valid up to step {writer.rows[-1]['step']}"
-        raise click.ClickException(f"interrupted; {valid}, go on with --restart {writer.checkpoint}") from None
+            state = scheme.start(velocity, fields.color(choices["color_spec"], mesh, job.remarks))
+    with job.stage("compute and write"), progress("fluid") as bar, writer.running():
+        for snapshot in run(scheme, state, plan, force):
+            state = snapshot.state
+            cloud = traced.cloud(state) if traced else None
+            # An uninterrupted run passes the regular states too, and can be continued from them.
+            checkpoint = partial(save_state, writer, mesh, state, choices) if snapshot.regular else None
+            writer.add(state.time, _frame(scheme, state), diagnostics(state, snapshot.dt), cloud, checkpoint)
+            bar(plan.share(state))
     writer.finish()
     first, last = writer.rows[0], writer.rows[-1]
     lines = [f"time: {last['time']:.6g} after {last['step']} steps, {len(writer.rows)} frames"]

@@ -9,10 +9,11 @@ import click
 from geomhw.background import submit
 from geomhw.options import HEAT_METHOD, Boundary, DistanceMethodName, GeodesicPanel
 from geomhw_cli import options
-from geomhw_cli.options import FILE, Choice, OptionGroup, choice, command, flag, is_given, option
+from geomhw_cli.options import INPUT, Choice, OptionGroup, choice, command, flag, is_given, option
 from geomhw_cli.runtime.distance_batch import compute_distances, compute_matrix
 from geomhw_cli.runtime.job import Job, robust_line, time_line
 from geomhw_cli.specs.distance_methods import DistanceMethod
+from geomhw_cli.specs.numbers import LARGEST, SMALLEST, Number
 from geomhw_cli.specs.queries import DistanceQueries
 from geomhw_cli.specs.sources import MAX_IN_LINE, MAX_REPORTED, SourceSpecs, shortened, source_line
 
@@ -28,11 +29,11 @@ MEAN_WARNED, LARGEST_WARNED = 0.05, 0.1
         "Input",
         options.SOURCE,
         flag("--all-pairs", "Distances between all vertices: a matrix, -o D.npy."),
-        option("--pairs", "FILE", FILE, "Distances from a source to a vertex, one pair per line: -o D.csv or D.npy."),
+        option("--pairs", "FILE", INPUT, "Distances from a source to a vertex, one pair per line: -o D.csv or D.npy."),
         option(
             "--sources source_file",
             "FILE",
-            FILE,
+            INPUT,
             "Distances to all vertices from one set of sources per line: -o D.npy.",
         ),
     ),
@@ -100,7 +101,7 @@ MEAN_WARNED, LARGEST_WARNED = 0.05, 0.1
             default=HEAT_METHOD,
             help="Panel of the picture. May be repeated.",
         ),
-        option("--beyond", "VALUE", float, "Written in place of infinite distances.", default=inf),
+        option("--beyond", "VALUE", Number(-inf, inf), "Written in place of infinite distances.", default=inf),
         flag("--single", "Single precision, with --all-pairs, --pairs or --sources."),
     ),
     options.REPORT,
@@ -112,7 +113,7 @@ def geodesic(
     pairs: Path | None,
     source_file: Path | None,
     method_name: DistanceMethodName,
-    limit: float | None,
+    limit: Number(SMALLEST, LARGEST, or_zero=True) | None,
     to: SourceSpecs,
     method: dict[str, Any],
     files: dict[str, Any],
@@ -157,7 +158,7 @@ def geodesic(
         else:
             compute_distances(job, queries, "<f4" if single else "<f8", chosen, beyond)
         return
-    job = Job.plan("geodesic", mesh_path, [*sources.paths, *to.paths], **files, **report)
+    job = Job.plan("geodesic", mesh_path, **files, **report)
     if chosen.name == "exact":
         _exact(job, sources, to, chosen.settings["limit"], beyond, panels)
     else:
@@ -173,7 +174,7 @@ def _exact(
     from geomhw.geodesic.exact import ExactDistance
 
     mesh = job.read()
-    points, targets = sources.resolve(mesh), to.vertices(mesh) if to.specs else []
+    points, targets = sources.resolve(mesh, job.remarks), to.vertices(mesh) if to.specs else []
     with job.stage("connectivity"):
         solver = ExactDistance(mesh)
     with job.stage("compute"):
@@ -202,7 +203,7 @@ def _heat(job: Job, sources: SourceSpecs, method: DistanceMethod, beyond: float,
 
     mesh = job.read()
     with job.stage("compute"):
-        solver, points = HeatDistance(mesh, **method.settings), sources.resolve(mesh)
+        solver, points = HeatDistance(mesh, **method.settings), sources.resolve(mesh, job.remarks)
         result = solver.from_sources(points)
     answers, distance = result.report, result["distance"]
     errors = submit(lambda: {} if answers["refined"] else distance_errors(mesh, points, distance))

@@ -1,18 +1,20 @@
 """Arguments and options that several commands share, and the commands that list their options by group."""
 
 from collections.abc import Callable, Mapping, Sequence
-from pathlib import Path
 from typing import Any, get_args
 
 import click
 from click.core import ParameterSource
 
 from geomhw.options import DEFAULT_DT, DEFAULT_EVERY, DEFAULT_STEPS, PANEL_WIDTH, SolverName
-from geomhw_cli.specs.fields import COLOR_HELP
+from geomhw_cli.runtime.memory import COMPUTING, require_memory
+from geomhw_cli.specs.fields import COLOR_HELP, color_files, field_files
+from geomhw_cli.specs.files import InputFile, OutputFile, Spec
+from geomhw_cli.specs.numbers import COUNT, POSITIVE, Number
 from geomhw_cli.specs.sources import SOURCE_HELP, SourceSpecs
 
-FILE = click.Path(path_type=Path)
-MESH = click.Argument(["mesh_path"], metavar="MESH", type=FILE)
+INPUT, OUTPUT = InputFile(), OutputFile()
+MESH = click.Argument(["mesh_path"], metavar="MESH", type=INPUT)
 TIME_HELP = "auto, sqrt-h, h2, a multiple such as 0.5*h2, or a number (length squared)"
 #: Tracers, at most.
 MAX_TRACERS = 10_000_000
@@ -53,6 +55,7 @@ class Command(click.Command):
                 names = [option.name for option in group.options]
                 values = {name: ctx.params.pop(name) for name in list(ctx.params) if name in names}
                 ctx.params.setdefault(group.name, {}).update(values)
+        require_memory(COMPUTING, "computing")
         return super().invoke(ctx)
 
 
@@ -115,19 +118,19 @@ SOLVER = choice(
     "direct: factorization. multigrid: iteration, faster on large meshes. auto: by the number of vertices, with "
     "factorization if the iteration does not converge.",
 )
-COLOR = option("--color color_spec", "SPEC", str, f"Initial color: {COLOR_HELP}.", default="hue")
-DT = option("--dt", "T", float, "Time step.", default=DEFAULT_DT)
-STEPS = option("--steps", "N", int, "Number of the last step.", default=DEFAULT_STEPS)
-EVERY = option("--every", "K", int, "Steps from frame to frame.", default=DEFAULT_EVERY)
+COLOR = option("--color color_spec", "SPEC", Spec(color_files), f"Initial color: {COLOR_HELP}.", default="hue")
+DT = option("--dt", "T", POSITIVE, "Time step.", default=DEFAULT_DT)
+STEPS = option("--steps", "N", COUNT, "Number of the last step.", default=DEFAULT_STEPS)
+EVERY = option("--every", "K", COUNT, "Steps from frame to frame.", default=DEFAULT_EVERY)
 TRACERS = option(
     "--tracers",
     "N",
-    click.IntRange(1, MAX_TRACERS),
+    Number(1, MAX_TRACERS, whole=True),
     "Number of particles carried by the flow. They are points of <OUT>.tracers.*.vtp, part 1 of the series, and "
     "streaks in films.",
 )
 WIDTH = option(
-    "--width", "PX", click.IntRange(120, 4000), "Width of each panel of a picture, in pixels.", default=PANEL_WIDTH
+    "--width", "PX", Number(120, 4000, whole=True), "Width of each panel of a picture, in pixels.", default=PANEL_WIDTH
 )
 QUIET = flag("-q --quiet", "Print nothing but errors.")
 REPORT = OptionGroup("Report", flag("--json as_json", "Print the report as JSON."), QUIET, name="report")
@@ -137,11 +140,11 @@ FIELD_FILES = OptionGroup(
     option(
         "-o --output outputs",
         "FILE",
-        FILE,
+        OUTPUT,
         "Mesh with the computed arrays: .vtk, .vtp, .vtu or .ply. May be repeated.",
         multiple=True,
     ),
-    option("--png", "FILE", FILE, "Picture."),
+    option("--png", "FILE", OUTPUT, "Picture."),
     flag("--no-png", "Draw no picture."),
     WIDTH,
     name="files",
@@ -152,13 +155,13 @@ SERIES_FILES = OptionGroup(
     option(
         "-o --output",
         "OUT.pvd",
-        FILE,
+        OUTPUT,
         "Time series, with its .vtp frames and a .vtp.series index beside it.  [default: <stem>.<command>.pvd]",
     ),
-    option("--csv", "FILE", FILE, "Table with one line per frame."),
-    option("--gif", "FILE", FILE, "Film of the frames as GIF."),
-    option("--mp4", "FILE", FILE, "Film of the frames as MP4. Needs imageio-ffmpeg."),
-    option("--png", "FILE", FILE, "Contact sheet of at most twelve frames."),
+    option("--csv", "FILE", OUTPUT, "Table with one line per frame."),
+    option("--gif", "FILE", OUTPUT, "Film of the frames as GIF."),
+    option("--mp4", "FILE", OUTPUT, "Film of the frames as MP4. Needs imageio-ffmpeg."),
+    option("--png", "FILE", OUTPUT, "Contact sheet of at most twelve frames."),
     WIDTH,
     name="files",
 )
@@ -166,4 +169,4 @@ SERIES_FILES = OptionGroup(
 
 def vector_field(name: str, help: str) -> click.Option:
     """The option for the field that carries the color, at all times or at the start."""
-    return option(name, "SPEC", str, help, default="rotation:x")
+    return option(name, "SPEC", Spec(field_files), help, default="rotation:x")

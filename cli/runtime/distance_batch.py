@@ -8,6 +8,7 @@ import click
 from geomhw_cli.runtime.job import Job, robust_line, time_line
 from geomhw_cli.runtime.progress import progress
 from geomhw_cli.specs.distance_methods import DistanceMethod
+from geomhw_cli.specs.files import require_writable
 from geomhw_cli.specs.queries import DistanceQueries, ResolvedQueries
 
 if TYPE_CHECKING:
@@ -26,6 +27,7 @@ def compute_distances(job: Job, queries: DistanceQueries, dtype: str, method: Di
     _check_files(job, queries)
     mesh = job.read()
     resolved = queries.resolve(mesh)
+    job.remarks += resolved.remarks
     with job.stage("set up"):
         solver = method.solver(mesh, resolved.count)
     run = {"mesh": mesh.digest, "question": queries.option, "sources": queries.digest, "precision": dtype}
@@ -50,11 +52,11 @@ def compute_distances(job: Job, queries: DistanceQueries, dtype: str, method: Di
                     _write_pairs(job, queries, resolved, partial, dtype)
                 else:
                     partial.finish()
-        except KeyboardInterrupt:
-            if not partial.done:
-                raise
-            done = f"{partial.done} of {resolved.count} sources are kept in {partial.path.name}"
-            raise click.ClickException(f"interrupted; {done}, and the same command goes on from there") from None
+        except KeyboardInterrupt as stop:
+            if partial.done:
+                done = f"{partial.done} of {resolved.count} sources are kept in {partial.path.name}"
+                stop.args = (f"{done}, and the same command goes on from there",)
+            raise
     job.written.append(str(job.outputs[0]))
     report = {
         "question": queries.option.removeprefix("--"),
@@ -83,9 +85,9 @@ def compute_distances(job: Job, queries: DistanceQueries, dtype: str, method: Di
 def compute_matrix(job: Job, limit: float) -> None:
     """Write the sparse matrix of exact distances between all vertices within a limit to the output of the job."""
     from geomhw.geodesic.exact import ExactDistance
-    from geomhw.io import check_outputs, write_matrix
+    from geomhw.io import write_matrix
 
-    check_outputs(job.outputs, [job.mesh_path], extensions=[".npz"])
+    require_writable(job.outputs, [".npz"])
     mesh = job.read()
     with job.stage("set up"):
         solver = ExactDistance(mesh)
@@ -102,15 +104,12 @@ def compute_matrix(job: Job, limit: float) -> None:
 
 def _check_files(job: Job, queries: DistanceQueries) -> None:
     """Raise an error unless there is one output, and it and the files of a partial run can be written."""
-    from geomhw.io import check_outputs
-
     if len(job.outputs) != 1:
         raise click.UsageError(f"{queries.option} writes one file; give -o D.npy.")
     (output,) = job.outputs
-    inputs = [job.mesh_path, *queries.paths]
-    check_outputs([output], inputs, extensions=[".npy", ".csv"] if queries.is_pairs else [".npy"])
+    require_writable([output], [".npy", ".csv"] if queries.is_pairs else [".npy"])
     partial = [output.with_name(f"{output.stem}.partial{suffix}") for suffix in (".npy", ".json")]
-    check_outputs(partial, inputs, extensions=[".npy", ".json"])
+    require_writable(partial, [".npy", ".json"])
 
 
 def _open_partial(job: Job, run: dict[str, Any], shape: tuple[int, ...], dtype: str) -> "ResumableFile":

@@ -1,8 +1,8 @@
 """One run of a command: its files, its stages with their times, and its report."""
 
 import json
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import AbstractContextManager
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,6 +12,8 @@ import click
 from geomhw.errors import RenderError
 from geomhw.options import PANEL_WIDTH
 from geomhw.stages import Stages
+from geomhw_cli.runtime.memory import DRAWING, require_memory
+from geomhw_cli.specs.files import require_writable
 
 if TYPE_CHECKING:
     from geomhw.mesh.triangle_mesh import TriangleMesh
@@ -22,7 +24,7 @@ if TYPE_CHECKING:
 class Job:
     """A run of a command on one mesh.
 
-    outputs, png: files to write. notes: remarks of the reader. written: files so far.
+    outputs, png: files to write. notes: remarks of the reader. remarks: lines for the report. written: files so far.
     """
 
     command: str
@@ -33,6 +35,7 @@ class Job:
     as_json: bool = False
     quiet: bool = False
     notes: dict[str, Any] = field(default_factory=dict)
+    remarks: list[str] = field(default_factory=list)
     written: list[str] = field(default_factory=list)
     stages: Stages = field(default_factory=Stages)
 
@@ -41,7 +44,6 @@ class Job:
         cls,
         command: str,
         mesh_path: Path,
-        inputs: Sequence[Path],
         *,
         outputs: Sequence[Path],
         png: Path | None,
@@ -53,7 +55,7 @@ class Job:
 
         Without outputs, they are ``<stem>.<command>.vtk`` and ``.png`` in the current directory.
         """
-        from geomhw.io import WRITABLE, check_outputs
+        from geomhw.io import WRITABLE
 
         if png and no_png:
             raise click.UsageError("--png and --no-png exclude each other.")
@@ -61,10 +63,11 @@ class Job:
         if not outputs:
             outputs = [Path(f"{name}.vtk")]
             png = png or (None if no_png else Path(f"{name}.png"))
-        check_outputs(outputs, [mesh_path, *inputs])
+        require_writable(outputs, WRITABLE)
         if png:
-            check_outputs([png], [mesh_path, *inputs], extensions=[".png"])
-            check_outputs([*outputs, png], extensions=[*WRITABLE, ".png"])
+            require_memory(DRAWING, "drawing")
+            require_writable([png], [".png"])
+            require_writable([*outputs, png], [*WRITABLE, ".png"])
         return cls(command, mesh_path, outputs, png, width, **report)
 
     def stage(self, name: str) -> AbstractContextManager[None]:
@@ -102,18 +105,27 @@ class Job:
         self.written += map(str, self.outputs)
         if self.png:
             try:
-                with self.stage("render"):
+                with self.stage("render"), self.telling_written([str(self.png)]):
                     write_png(self.png, picture(result, width=self.width))
             except RenderError as error:
                 done = ", ".join(self.written)
                 raise RenderError(f"{error} ({done} is written; --no-png leaves the picture out)") from error
             self.written.append(str(self.png))
 
+    @contextmanager
+    def telling_written(self, pictures: Sequence[str]) -> Iterator[None]:
+        """Draw pictures within the block; an interrupt says that other files are written and these are not."""
+        try:
+            yield
+        except KeyboardInterrupt as stop:
+            stop.args = (f"{', '.join(self.written)} is written, {', '.join(pictures)} is not",)
+            raise
+
     def finish(self, mesh: "TriangleMesh", answers: Mapping[str, Any], lines: Sequence[str]) -> None:
         """Print the report: mesh, answers, files and times as JSON, or the mesh, these lines and the files."""
         from geomhw.mesh import mesh_summary
 
-        lines = [*lines, *self._remarks(mesh)]
+        lines = [*lines, *self.remarks, *self._remarks(mesh)]
         report = {
             "command": self.command,
             "input": {"path": str(self.mesh_path), **self.notes},
@@ -123,9 +135,11 @@ class Job:
             "files": self.written,
             "seconds": self.stages.seconds,
         }
+        if self.quiet:
+            return
         if self.as_json:
             print_json(report)
-        elif not self.quiet:
+        else:
             for line in [f"mesh: {mesh_line(report['mesh'])}", *lines, *(f"wrote: {path}" for path in self.written)]:
                 label, text = line.split(": ", 1)
                 click.echo(f"{label:<10}{text}")
