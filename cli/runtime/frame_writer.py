@@ -6,6 +6,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import click
+
 from geomhw_cli.runtime.background_writer import BackgroundWriter
 from geomhw_cli.runtime.job import Job
 from geomhw_cli.runtime.memory import DRAWING, require_memory
@@ -55,6 +57,7 @@ class FrameWriter:
         """
         from geomhw.errors import FormatError
         from geomhw.io import SeriesWriter, require_mp4
+        from geomhw.io.locks import locked
         from geomhw.render.offscreen import prepare
 
         output = output or Path(f"{mesh_path.stem}.{command}.pvd")
@@ -67,6 +70,7 @@ class FrameWriter:
         kept = [path for path in inputs() if path != restart or not _is_same(path, series.state)]
         if lost := next(filter(series.writes, kept), None):
             raise FormatError(f"cannot write {output}: one of its files is the input {lost}, which would be lost")
+        click.get_current_context().with_resource(locked([output, *wanted.values()]))
         if "mp4" in wanted:
             require_mp4()
         if wanted.keys() & PICTURES:

@@ -44,7 +44,7 @@ def load_state(writer: FrameWriter, mesh: "TriangleMesh", path: Path, choices: d
 
     description, arrays = read_checkpoint(path)
     is_whole = all(isinstance(description.get(name), kind) for name, kind in _VALUES.items())
-    if not is_whole or not arrays.keys() >= _ARRAYS:
+    if not is_whole or not arrays.keys() >= _ARRAYS or not _is_sound(description, arrays, mesh.n_vertices):
         raise FormatError(f"{path.name} holds no state of a fluid; give the .restart.npz of an earlier run")
     ours, theirs = _identity(choices), description["run"]
     for name in sorted(theirs.keys() | ours.keys()):
@@ -65,6 +65,22 @@ def load_state(writer: FrameWriter, mesh: "TriangleMesh", path: Path, choices: d
         values = dict(zip(description["columns"], row, strict=True))
         writer.rows.append(values | {"step": int(values["step"])})
     return state
+
+
+def _is_sound(description: dict[str, Any], arrays: dict[str, Any], n: int) -> bool:
+    """Whether numbers are finite and not negative where they count, and arrays have the shapes that belong together."""
+    import numpy as np
+
+    color, rows, times = (arrays[name] for name in ("color", "rows", "frame_times"))
+    return (
+        not isinstance(description["step"], bool)
+        and description["step"] >= 0 <= description["time"] < np.inf
+        and all(values.dtype.kind in "fiu" for values in arrays.values())
+        and all(np.isfinite(values).all() for values in (color, times))
+        and color.shape[:1] == (n,)
+        and rows.shape == (len(times), len(description["columns"]))
+        and "step" in description["columns"]
+    )
 
 
 def _identity(choices: dict[str, Any]) -> dict[str, Any]:

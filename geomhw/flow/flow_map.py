@@ -16,7 +16,7 @@ from geomhw.results import Field, Result
 from geomhw.solvers.expm import expm, norm_bound, taylor3
 
 #: Courant number that no step reaches.
-MAX_COURANT = 1e5
+MAX_COURANT = 1e9
 _INTEGRATORS = {"taylor3": taylor3, "expm": expm}
 
 

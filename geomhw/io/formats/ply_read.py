@@ -17,6 +17,7 @@ from geomhw.arrays import Ints
 from geomhw.errors import FormatError
 from geomhw.io.formats.build_result import build_result
 from geomhw.io.formats.number_parsing import cast_exactly
+from geomhw.io.formats.ply_write import QUALITY
 from geomhw.io.formats.polygons import Polygons, ranges
 from geomhw.io.formats.text_file import TextFile
 from geomhw.results import Result
@@ -72,6 +73,9 @@ def read_ply(name: str, data: bytes) -> Result:
             ignored.append(element.name)
     if offset < len(buffer) and (text or data[start + offset :].strip()):
         raise FormatError(f"{name} goes on after the last element that its header counts")
+    copied = re.search(rf"\n{QUALITY} (\S+)\s".encode(), data[:start])
+    if copied and copied[1].decode("ascii", "replace") in found.get("vertex", {}):
+        found["vertex"].pop("quality", None)
     return _result(name, found, ignored)
 
 
