@@ -36,7 +36,12 @@ VISCOSITY = Number(SMALLEST, LARGEST, or_zero=True)
             ForceName,
             "jet: the tangential part of (0.2 h/dt)(cos 0.2πt, sin 0.2πt, 0) near the top. none: free flow.",
         ),
-        option("--restart", "FILE", options.INPUT, "Resume from <OUT>.restart.npz of an earlier run."),
+        option(
+            "--restart",
+            "FILE",
+            options.INPUT,
+            "Resume from <OUT>.restart.npz of an earlier run. Options that are not given are those of that run.",
+        ),
         name="choices",
     ),
     OptionGroup(
@@ -90,7 +95,10 @@ def fluid(mesh_path: Path, choices: dict[str, Any], files: dict[str, Any], repor
     from geomhw.fluid.state import Diagnostics
     from geomhw.fluid.vorticity_scheme import VorticityScheme
 
-    restart, plan = choices.pop("restart"), _plan(choices)
+    restart = choices.pop("restart")
+    if restart:
+        _continue(restart, choices, files)
+    plan = _plan(choices)
     writer = FrameWriter.plan("fluid", mesh_path, report, restart=restart, **files)
     job = writer.job
     mesh = job.read_oriented()
@@ -125,6 +133,21 @@ def fluid(mesh_path: Path, choices: dict[str, Any], files: dict[str, Any], repor
     if choices["scheme"] == "stable-fluids":
         lines.append("note: the handout's scheme damps the flow at every step, however short; others do not")
     job.finish(mesh, {**choices, "frames": len(writer.rows), "first": first, "last": last}, lines)
+
+
+def _continue(restart: Path, choices: dict[str, Any], files: dict[str, Any]) -> None:
+    """Take the options that the command line leaves out from the run that wrote a state, and go on with its series."""
+    from geomhw.io import read_checkpoint
+
+    saved = read_checkpoint(restart)[0]
+    settings = {**saved.get("run", {}), **saved.get("end", {})}
+    for name in choices.keys() & settings.keys():
+        rivals = [name, *(pair[1 - pair.index(name)] for pair in (("dt", "cfl"), ("steps", "until")) if name in pair)]
+        if not any(map(options.is_given, rivals)):
+            choices[name] = settings[name]
+    suffix = ".restart.npz"
+    if files["output"] is None and restart.name.endswith(suffix):
+        files["output"] = restart.with_name(restart.name.removesuffix(suffix) + ".pvd")
 
 
 def _plan(choices: dict[str, Any]) -> "Plan":

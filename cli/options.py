@@ -16,6 +16,39 @@ from geomhw_cli.specs.sources import SOURCE_HELP, SourceSpecs
 INPUT, OUTPUT = InputFile(), OutputFile()
 MESH = click.Argument(["mesh_path"], metavar="MESH", type=INPUT)
 TIME_HELP = "auto, sqrt-h, h2, a multiple such as 0.5*h2, or a number (length squared)"
+#: Words that users of other programs try for an option.
+SYNONYMS = {
+    "--stiffness": "laplacian laplace cotan cot",
+    "--connection": "transport levi civita",
+    "--gradient": "grad",
+    "--divergence": "div",
+    "--vertices-to-faces": "average vtof",
+    "--faces-to-vertices": "average ftov",
+    "--source": "seed start from vertex point points vertices",
+    "--sources": "batch",
+    "--all-pairs": "matrix all apsp pairwise",
+    "--time": "t dt step timestep tau m",
+    "--dt": "time timestep step delta tau",
+    "--steps": "iterations iter frames n nsteps",
+    "--until": "end duration tmax",
+    "--every": "stride interval skip save",
+    "--robust": "intrinsic delaunay mollify tufted",
+    "--refine": "exact accurate",
+    "--field": "velocity vector vectors direction",
+    "--init": "initial velocity field start",
+    "--color": "scalar dye",
+    "--viscosity": "nu diffusion",
+    "--restart": "resume continue checkpoint",
+    "--tracers": "particles streamlines",
+    "--output": "out outfile save",
+    "--png": "picture image plot screenshot figure",
+    "--gif": "film movie animation video",
+    "--mp4": "film movie animation video",
+    "--csv": "table",
+    "--rtol": "tolerance tol relative eps",
+    "--atol": "tolerance tol absolute eps",
+    "--quiet": "silent",
+}
 #: Tracers, at most.
 MAX_TRACERS = 10_000_000
 
@@ -36,6 +69,19 @@ class Command(click.Command):
     def __init__(self, *, groups: Sequence[OptionGroup], **settings: Any) -> None:
         super().__init__(no_args_is_help=True, context_settings={"show_default": True}, **settings)
         self.groups = groups
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Parse the arguments; the message about an unknown option suggests one of the same meaning."""
+        try:
+            return super().parse_args(ctx, args)
+        except click.NoSuchOption as error:
+            words = {word for word in error.option_name.strip("-").split("-") if word}
+            names = [name for option in self.params for name in option.opts if isinstance(option, click.Option)]
+            meant = [name for name in names if words & set(SYNONYMS.get(name, "").split())]
+            if not meant:
+                raise
+            close = " or ".join(f"'{name}'" for name in dict.fromkeys([*meant, *(error.possibilities or ())]))
+            raise click.UsageError(f"No such option '{error.option_name}'. Did you mean {close}?", ctx) from None
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the options group by group; ``--help`` is in the last."""
@@ -96,7 +142,7 @@ def command(
 
 def is_given(parameter: str) -> bool:
     """Whether the command line sets this parameter of the current command."""
-    return click.get_current_context().get_parameter_source(parameter) is not ParameterSource.DEFAULT
+    return click.get_current_context().get_parameter_source(parameter) is ParameterSource.COMMANDLINE
 
 
 SOURCE = option(
@@ -133,7 +179,8 @@ WIDTH = option(
     "--width", "PX", Number(120, 4000, whole=True), "Width of each panel of a picture, in pixels.", default=PANEL_WIDTH
 )
 QUIET = flag("-q --quiet", "Print nothing but errors.")
-REPORT = OptionGroup("Report", flag("--json as_json", "Print the report as JSON."), QUIET, name="report")
+VERBOSE = flag("-v --verbose", "Print on stderr what is done, with times.")
+REPORT = OptionGroup("Report", flag("--json as_json", "Print the report as JSON."), QUIET, VERBOSE, name="report")
 #: Files of a command that computes one field, as `Job.plan` takes them.
 FIELD_FILES = OptionGroup(
     "Output",

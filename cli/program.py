@@ -71,8 +71,15 @@ def _message(error: GeomhwError | MemoryError) -> str:
     return str(error).replace(error.remedy, REMEDIES[error.remedy]) if error.remedy else str(error)
 
 
-@click.group(cls=Program, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
-@click.version_option(__version__, prog_name="geomhw")
+@click.group(
+    cls=Program,
+    context_settings={
+        "help_option_names": ["-h", "--help"],
+        "max_content_width": 100,
+        "auto_envvar_prefix": "GEOMHW",
+    },
+)
+@click.version_option(__version__, "-V", "--version", prog_name="geomhw")
 def program() -> None:
     """Geometry on triangle meshes: distances, vector transport, decompositions and flows, with pictures.
 
@@ -81,6 +88,10 @@ def program() -> None:
     and no incomplete output file; 2 a wrong value on the command line; 130 after Ctrl-C,
     143 after SIGTERM. Of compare: 0 same, 1 different, 2 failure. Of info --check: 0 no
     defects, 1 defects, 2 failure.
+
+    \b
+    Defaults of options: GEOMHW_COMMAND_OPTION, such as GEOMHW_FLUID_SCHEME=rk4 or
+    GEOMHW_GEODESIC_ROBUST=1; the command line overrides them.
 
     \b
     Completion by the Tab key in bash:

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
 #: Pictures on a contact sheet, at most.
 MAX_ON_SHEET = 12
+#: Removed files that the report lists, at most.
+MAX_REMOVED = 8
 #: Kinds of files that show pictures of the frames.
 PICTURES = {"gif", "mp4", "png"}
 
@@ -107,6 +109,9 @@ class FrameWriter:
 
         def task() -> None:
             self.series.add(time, result, tracers)
+            if removed := self.series.remove_former():
+                shown = ", ".join(removed[:MAX_REMOVED]) + (", ..." if len(removed) > MAX_REMOVED else "")
+                self.job.remarks.append(f"note: {len(removed)} files of an earlier run are removed: {shown}")
             self.rows.append(row)
             self._write_table()
             if then:

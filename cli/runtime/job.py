@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -34,6 +34,7 @@ class Job:
     width: int = PANEL_WIDTH
     as_json: bool = False
     quiet: bool = False
+    verbose: bool = False
     notes: dict[str, Any] = field(default_factory=dict)
     remarks: list[str] = field(default_factory=list)
     written: list[str] = field(default_factory=list)
@@ -70,16 +71,28 @@ class Job:
             require_writable([*outputs, png], [*WRITABLE, ".png"])
         return cls(command, mesh_path, outputs, png, width, **report)
 
-    def stage(self, name: str) -> AbstractContextManager[None]:
-        """Measure the time of a block, under this name in the report."""
-        return self.stages(name)
+    @contextmanager
+    def stage(self, name: str) -> Iterator[None]:
+        """Measure the time of a block, under this name in the report; with ``verbose``, log it."""
+        before = self.stages.seconds.get(name, 0.0)
+        self.log(f"{name} ...")
+        with self.stages(name):
+            yield
+        self.log(f"{name}: {self.stages.seconds[name] - before:.3f} s")
+
+    def log(self, text: str) -> None:
+        """Print a line on stderr, with ``verbose``."""
+        if self.verbose:
+            click.echo(f"{self.command}: {text}", err=True)
 
     def read(self) -> "TriangleMesh":
         """Read the mesh; remarks of the reader go to the report."""
         from geomhw.io import read
 
+        self.log(f"reading {self.mesh_path}")
         with self.stage("read"):
             content = read(self.mesh_path)
+        self.log(f"{content.mesh.n_vertices} vertices, {content.mesh.n_faces} faces")
         self.notes = content.report
         return content.mesh
 

@@ -44,8 +44,8 @@ def color_files(spec: str) -> list[Path]:
     return [Path(source.strip()[1:])] if kind == "blob" and source.strip().startswith("@") else field_files(spec)
 
 
-def field(spec: str, mesh: "TriangleMesh") -> "Floats":
-    """A vector field per face, (m, 3)."""
+def field(spec: str, mesh: "TriangleMesh", known: str = FIELD_HELP) -> "Floats":
+    """A vector field per face, (m, 3). known: what the message about another spec lists."""
     from geomhw.flow.initial_fields import rigid_field, rotation_field
     from geomhw.flow.tangent_fields import face_vectors
     from geomhw.io import read_field
@@ -57,7 +57,7 @@ def field(spec: str, mesh: "TriangleMesh") -> "Floats":
         return rigid_field(mesh, axis(rest))
     if _is_file(spec):
         return face_vectors(mesh, read_field(spec, mesh))
-    raise click.UsageError(f"'{excerpt(spec)}' is no field; give {FIELD_HELP}.")
+    raise click.UsageError(f"'{excerpt(spec)}' is no field; give {known}.")
 
 
 def flow(spec: str, mesh: "TriangleMesh", model: "VorticityModel | None" = None) -> "Floats":
@@ -79,7 +79,7 @@ def flow(spec: str, mesh: "TriangleMesh", model: "VorticityModel | None" = None)
         return initial.harmonic(model or VorticityModel(mesh), _integer(rest, spec))
     if kind == "vortices":
         return initial.vortices(model or VorticityModel(mesh), _circulations(rest, spec))
-    return field(spec, mesh)
+    return field(spec, mesh, f"{FIELD_HELP}; or {FLOW_HELP}")
 
 
 def color(spec: str, mesh: "TriangleMesh", remarks: list[str] | None = None) -> "Floats":

@@ -18,6 +18,8 @@ class InputFile(click.Path):
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """Return the path, which is an input from now on."""
         path = Path(str(super().convert(value, param, ctx)))
+        if path.is_dir():
+            self.fail(f"{path} is a folder; give a file in it.", param, ctx)
         add_input(path)
         return path
 
