@@ -47,7 +47,7 @@ MEAN_WARNED, LARGEST_WARNED = 0.05, 0.1
         option(
             "--limit",
             "R",
-            click.FloatRange(min=0),
+            Number(SMALLEST, LARGEST, or_zero=True),
             "Largest distance; larger ones are inf and take no time. For --method exact.",
         ),
         option(
@@ -113,7 +113,7 @@ def geodesic(
     pairs: Path | None,
     source_file: Path | None,
     method_name: DistanceMethodName,
-    limit: Number(SMALLEST, LARGEST, or_zero=True) | None,
+    limit: float | None,
     to: SourceSpecs,
     method: dict[str, Any],
     files: dict[str, Any],

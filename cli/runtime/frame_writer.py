@@ -87,7 +87,10 @@ class FrameWriter:
 
     @contextmanager
     def running(self) -> Iterator[None]:
-        """Write in the background within the block; an interrupt says how far the series is valid."""
+        """Write in the background within the block, then remove the other files of an earlier run of the same name.
+
+        An interrupt says how far the series is valid.
+        """
         try:
             with self.background:
                 yield
@@ -96,6 +99,10 @@ class FrameWriter:
                 valid = f"{self.series.path} is valid up to step {self.rows[-1]['step']}"
                 stop.args = (f"{valid}, go on with --restart {self.checkpoint}" if self.can_restart else valid,)
             raise
+        finally:
+            if self.rows and (removed := self.series.remove_former()):
+                shown = ", ".join(removed[:MAX_REMOVED]) + (", ..." if len(removed) > MAX_REMOVED else "")
+                self.job.remarks.append(f"note: {len(removed)} files of an earlier run are removed: {shown}")
 
     def add(
         self,
@@ -109,9 +116,6 @@ class FrameWriter:
 
         def task() -> None:
             self.series.add(time, result, tracers)
-            if removed := self.series.remove_former():
-                shown = ", ".join(removed[:MAX_REMOVED]) + (", ..." if len(removed) > MAX_REMOVED else "")
-                self.job.remarks.append(f"note: {len(removed)} files of an earlier run are removed: {shown}")
             self.rows.append(row)
             self._write_table()
             if then:
