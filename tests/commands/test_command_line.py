@@ -98,6 +98,14 @@ def test_restart_alone(folder: Path) -> None:
     assert "part.pvd" in files(folder)
 
 
+def test_restart_keeps_tracers() -> None:
+    """A restart without --tracers goes on with those of the earlier run."""
+    run("fluid", "ball.off", *SHORT, "--tracers", "5", "-o", "r.pvd")
+    arguments = ("--restart", "r.restart.npz", "--steps", "8", "-q")
+    assert run("fluid", "ball.off", *arguments).exit_code == 0
+    assert len([frame for frame in read_series("r.pvd") if frame.tracers]) == 5
+
+
 def test_frames_of_a_longer_run(folder: Path) -> None:
     """Frames and tracers of a longer run of the same name are removed, and named; other files stay."""
     run("advect", "ball.off", *SHORT, "--tracers", "5", "-o", "r.pvd")
