@@ -13,6 +13,8 @@ from geomhw_cli.options import INPUT, Choice, OptionGroup, choice, command, flag
 from geomhw_cli.runtime.distance_batch import compute_distances, compute_matrix
 from geomhw_cli.runtime.job import Job, robust_line, time_line
 from geomhw_cli.specs.distance_methods import DistanceMethod
+from geomhw_cli.specs.files import Spec
+from geomhw_cli.specs.masks import MaskSpec, MeshPart
 from geomhw_cli.specs.numbers import LARGEST, SMALLEST, Number
 from geomhw_cli.specs.queries import DistanceQueries
 from geomhw_cli.specs.sources import MAX_IN_LINE, MAX_REPORTED, SourceSpecs, shortened, source_line
@@ -49,6 +51,14 @@ MEAN_WARNED, LARGEST_WARNED = 0.05, 0.1
             "R",
             Number(SMALLEST, LARGEST, or_zero=True),
             "Largest distance; larger ones are inf and take no time. For --method exact.",
+        ),
+        option(
+            "--mask",
+            "FILE:ARRAY",
+            Spec(lambda text: [MaskSpec(text).path]),
+            "Paths stay in the part of MESH where this array is not zero, per vertex or per face; also @FILE, a text "
+            "file of the vertices. All other distances are inf.",
+            callback=lambda _context, _option, text: MaskSpec.parse(text),
         ),
         option(
             "--to",
@@ -114,6 +124,7 @@ def geodesic(
     source_file: Path | None,
     method_name: DistanceMethodName,
     limit: float | None,
+    mask: MaskSpec | None,
     to: SourceSpecs,
     method: dict[str, Any],
     files: dict[str, Any],
@@ -154,19 +165,25 @@ def geodesic(
     if queries := DistanceQueries.parse(all_pairs, pairs, source_file, single, others):
         job = Job("geodesic", mesh_path, files["outputs"], **report)
         if all_pairs and limit is not None and [path.suffix.lower() for path in job.outputs] == [".npz"]:
-            compute_matrix(job, limit)
+            compute_matrix(job, limit, mask)
         else:
-            compute_distances(job, queries, "<f4" if single else "<f8", chosen, beyond)
+            compute_distances(job, queries, "<f4" if single else "<f8", chosen, beyond, mask)
         return
     job = Job.plan("geodesic", mesh_path, **files, **report)
     if chosen.name == "exact":
-        _exact(job, sources, to, chosen.settings["limit"], beyond, panels)
+        _exact(job, mask, sources, to, chosen.settings["limit"], beyond, panels)
     else:
-        _heat(job, sources, chosen, beyond, panels)
+        _heat(job, mask, sources, chosen, beyond, panels)
 
 
 def _exact(
-    job: Job, sources: SourceSpecs, to: SourceSpecs, limit: float, beyond: float, panels: tuple[str, ...]
+    job: Job,
+    mask: MaskSpec | None,
+    sources: SourceSpecs,
+    to: SourceSpecs,
+    limit: float,
+    beyond: float,
+    panels: tuple[str, ...],
 ) -> None:
     """Compute, write and report exact distances."""
     if is_given("panels") and set(panels) != {"distance"}:
@@ -174,11 +191,12 @@ def _exact(
     from geomhw.geodesic.exact import ExactDistance
 
     mesh = job.read()
-    points, targets = sources.resolve(mesh, job.remarks), to.vertices(mesh) if to.specs else []
+    part, targets = MeshPart.of(mesh, mask), to.vertices(mesh) if to.specs else []
+    points = part.sources(sources, job.remarks)
     with job.stage("connectivity"):
-        solver = ExactDistance(mesh)
+        solver = ExactDistance(part.mesh)
     with job.stage("compute"):
-        result = solver.from_sources(points, limit, targets)
+        result = part.expand(solver.from_sources(points, limit, targets))
     _write(job, result, beyond, ("distance",))
     answers = result.report
     lines = [source_line(answers["sources"])]
@@ -196,17 +214,25 @@ def _exact(
     job.finish(mesh, shortened(answers), lines)
 
 
-def _heat(job: Job, sources: SourceSpecs, method: DistanceMethod, beyond: float, panels: tuple[str, ...]) -> None:
+def _heat(
+    job: Job,
+    mask: MaskSpec | None,
+    sources: SourceSpecs,
+    method: DistanceMethod,
+    beyond: float,
+    panels: tuple[str, ...],
+) -> None:
     """Compute, write and report distances by the heat method."""
     from geomhw.geodesic.accuracy import distance_errors
     from geomhw.geodesic.heat_method import HeatDistance
 
     mesh = job.read()
+    part = MeshPart.of(mesh, mask)
     with job.stage("compute"):
-        solver, points = HeatDistance(mesh, **method.settings), sources.resolve(mesh, job.remarks)
-        result = solver.from_sources(points)
+        solver, points = HeatDistance(part.mesh, **method.settings), part.sources(sources, job.remarks)
+        result = part.expand(solver.from_sources(points))
     answers, distance = result.report, result["distance"]
-    errors = submit(lambda: {} if answers["refined"] else distance_errors(mesh, points, distance))
+    errors = submit(lambda: {} if answers["refined"] else distance_errors(part.mesh, points, distance))
     _write(job, result, beyond, panels)
     answers = {**answers, "accuracy": {"exact": answers["refined"], **errors.result()}}
     farthest = answers["farthest"]

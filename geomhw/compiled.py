@@ -1,20 +1,30 @@
 """Compiled loops: the one way of compiling here, by numba, with machine code cached on disk."""
 
+import logging
 from collections.abc import Callable
+from threading import Timer
 from typing import Any, TypeVar
 
 from numba import njit
+from numba.core import event
 
 F = TypeVar("F", bound=Callable[..., Any])
+#: Seconds of compilation after which it is logged.
+SLOW = 1.0
 
 
-def compiled(function: F) -> F:
+def compiled(function: F, **options: Any) -> F:
     """Decorate a plain loop over arrays: compiled on first use, without changing the order of operations.
 
-    Division by zero gives inf or NaN, as in numpy. Compiling takes a second once per machine. Other Python threads run
-    meanwhile. Import modules with compiled loops where they are used, since numba takes 0.2 s to load.
+    Division by zero gives inf or NaN, as in numpy. Compiling takes seconds once per machine, or once per process if no
+    cache folder can be written. Other Python threads run meanwhile. Import modules with compiled loops where they are
+    used, since numba takes 0.2 s to load.
     """
-    return njit(cache=True, nogil=True, error_model="numpy")(function)
+    options |= {"nogil": True, "error_model": "numpy"}
+    try:
+        return njit(cache=True, **options)(function)
+    except RuntimeError:  # no cache folder can be written
+        return njit(**options)(function)
 
 
 def compiled_in_place(function: F) -> F:
@@ -22,4 +32,32 @@ def compiled_in_place(function: F) -> F:
 
     Array references are not counted. Counting takes half of the time where small functions call each other often.
     """
-    return njit(cache=True, nogil=True, error_model="numpy", _nrt=False)(function)
+    return compiled(function, _nrt=False)
+
+
+class _CompilationNotice(event.Listener):  # type: ignore[misc]
+    """Logs one line for the first compilation of a process that takes long; by default, logs go to stderr."""
+
+    def __init__(self) -> None:
+        self._depth, self._timer = 0, Timer(SLOW, self._notify)
+
+    def on_start(self, event: Any) -> None:
+        """Start the clock."""
+        if self._depth == 0:
+            self._timer = Timer(SLOW, self._notify)
+            self._timer.daemon = True
+            self._timer.start()
+        self._depth += 1
+
+    def on_end(self, event: Any) -> None:
+        """Stop the clock."""
+        self._depth -= 1
+        if self._depth == 0:
+            self._timer.cancel()
+
+    def _notify(self) -> None:
+        logging.getLogger("geomhw").warning("compiling loops for this machine; later runs use the compiled code")
+        event.unregister("numba:compile", self)
+
+
+event.register("numba:compile", _CompilationNotice())

@@ -9,6 +9,7 @@ from geomhw_cli.runtime.job import Job, robust_line, time_line
 from geomhw_cli.runtime.progress import progress
 from geomhw_cli.specs.distance_methods import DistanceMethod
 from geomhw_cli.specs.files import require_writable
+from geomhw_cli.specs.masks import MaskSpec, MeshPart
 from geomhw_cli.specs.queries import DistanceQueries, ResolvedQueries
 
 if TYPE_CHECKING:
@@ -16,7 +17,9 @@ if TYPE_CHECKING:
     from geomhw.io import ResumableFile
 
 
-def compute_distances(job: Job, queries: DistanceQueries, dtype: str, method: DistanceMethod, beyond: float) -> None:
+def compute_distances(
+    job: Job, queries: DistanceQueries, dtype: str, method: DistanceMethod, beyond: float, mask: MaskSpec | None
+) -> None:
     """Compute the distances and write them to the output of the job, which must be one file.
 
     dtype: ``<f4`` or ``<f8``. beyond: the value for infinite distances. Blocks depend on the mesh alone, so that a
@@ -25,9 +28,12 @@ def compute_distances(job: Job, queries: DistanceQueries, dtype: str, method: Di
     from geomhw.geodesic.heat_method import block_size
 
     _check_files(job, queries)
-    mesh = job.read()
-    resolved = queries.resolve(mesh)
+    whole = job.read()
+    part = MeshPart.of(whole, mask)
+    mesh, resolved = part.mesh, queries.resolve(whole)
     job.remarks += resolved.remarks
+    if resolved.sets is not None:
+        resolved.sets = [part.points(points) for points in resolved.sets]
     with job.stage("set up"):
         solver = method.solver(mesh, resolved.count)
     run = {"mesh": mesh.digest, "question": queries.option, "sources": queries.digest, "precision": dtype}
@@ -79,10 +85,10 @@ def compute_distances(job: Job, queries: DistanceQueries, dtype: str, method: Di
     if report["unreachable"]:
         where = "beyond the limit" if report.get("limit") else "to components without the source"
         lines.append(f"warning: {report['unreachable']} distances are {beyond:g}, {where}")
-    job.finish(mesh, report, lines)
+    job.finish(whole, report, lines)
 
 
-def compute_matrix(job: Job, limit: float) -> None:
+def compute_matrix(job: Job, limit: float, mask: MaskSpec | None) -> None:
     """Write the sparse matrix of exact distances between all vertices within a limit to the output of the job."""
     from geomhw.geodesic.exact import ExactDistance
     from geomhw.io import write_matrix
@@ -90,7 +96,7 @@ def compute_matrix(job: Job, limit: float) -> None:
     require_writable(job.outputs, [".npz"])
     mesh = job.read()
     with job.stage("set up"):
-        solver = ExactDistance(mesh)
+        solver = ExactDistance(MeshPart.of(mesh, mask).mesh)
     with job.stage("compute"):
         matrix = solver.matrix(limit)
     with job.stage("write"):

@@ -1,6 +1,7 @@
 """One run of a command: its files, its stages with their times, and its report."""
 
 import json
+import logging
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -39,6 +40,10 @@ class Job:
     remarks: list[str] = field(default_factory=list)
     written: list[str] = field(default_factory=list)
     stages: Stages = field(default_factory=Stages)
+
+    def __post_init__(self) -> None:
+        if self.quiet:
+            logging.getLogger("geomhw").setLevel(logging.ERROR)
 
     @classmethod
     def plan(

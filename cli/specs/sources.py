@@ -19,7 +19,8 @@ if TYPE_CHECKING:
 SOURCE_HELP = (
     "12 or 12,40-44 (vertices, counted from 0), face:17 (its barycenter), face:17:0.2,0.3,0.5 (barycentric "
     "coordinates), near:X,Y,Z (the nearest point of the surface), max-y, min-x and so on (the extreme vertex), "
-    "boundary (all its vertices), several of these separated by commas, or @FILE (a text file of them)"
+    "boundary (all its vertices), several of these separated by commas, @FILE (a text file of them), or "
+    "FILE:ARRAY=VALUE (all vertices, or vertices of the faces, where an array has this value)"
 )
 #: Most sources that a report lists, and that a line lists; further ones are only counted.
 MAX_REPORTED, MAX_IN_LINE = 20, 8
@@ -48,6 +49,8 @@ class Spec:
         """Find the points on a mesh. Raises FieldError if there are none."""
         from geomhw.mesh import surface_points
 
+        if region := self.parts.get("region"):
+            return _region(mesh, region, str(self.parts["value"]))
         first, face, weights, near, axis = (self.parts[name] for name in ("first", "face", "weights", "near", "axis"))
         try:
             if first is not None:
@@ -86,7 +89,13 @@ class SourceSpecs:
                 specs += [spec for line in source_lines(Path(text[1:])) for spec in line.specs]
                 continue
             try:
-                specs += _parse(text)
+                if "=" in text:
+                    from geomhw.io import field_file
+
+                    specs.append(_parse_region(text))
+                    add_input(field_file(str(specs[-1].parts["region"])))
+                else:
+                    specs += _parse(text)
             except ValueError as error:
                 raise click.UsageError(f"{error}.") from None
         return cls(specs)
@@ -174,13 +183,41 @@ def _parse(text: str, origin: str = "") -> list[Spec]:
     return specs
 
 
+def _parse_region(text: str) -> Spec:
+    """Parse FILE:ARRAY=VALUE; raises ValueError unless the value is a number."""
+    field, _, value = text.rpartition("=")
+    try:
+        float(value)
+    except ValueError:
+        raise ValueError(f"'{text}' is no region; give FILE:ARRAY=NUMBER, such as labels.npy=3") from None
+    return Spec({"region": field, "value": value})
+
+
+def _region(mesh: "TriangleMesh", field: str, value: str) -> "SurfacePoints":
+    """The vertices, or the vertices of the faces, where an array has a value."""
+    import numpy as np
+
+    from geomhw.io import read_field
+    from geomhw.mesh.surface_points import vertex_points
+
+    array = read_field(field, mesh)
+    inside = np.asarray(array.values) == float(value)
+    if inside.ndim != 1 or array.location == "mesh":
+        raise FieldError(f"{field} is no array of labels; it needs one number per vertex or face")
+    vertices = np.flatnonzero(inside) if array.location == "vertex" else np.unique(mesh.faces[inside])
+    vertices = np.setdiff1d(vertices, mesh.unreferenced_vertices)
+    if not len(vertices):
+        raise FieldError(f"{field} is {value} at no vertex of the surface")
+    return vertex_points(mesh, vertices)
+
+
 def _near_remarks(mesh: "TriangleMesh", specs: Sequence[Spec], parts: Sequence["SurfacePoints"]) -> list[str]:
     """The distances of places in space from the surface, the largest first; those beyond `FAR` are warnings."""
     from math import dist
 
     from geomhw.mesh.surface_points import bounding_box
 
-    places = [(near, part) for spec, part in zip(specs, parts, strict=True) if (near := spec.parts["near"])]
+    places = [(near, part) for spec, part in zip(specs, parts, strict=True) if (near := spec.parts.get("near"))]
     found = [(dist(_triple(near), part.positions(mesh)[0].tolist()), near) for near, part in places]
     if not found:
         return []

@@ -32,7 +32,7 @@ class Arrivals:
         Distance from the nearest source; inf where there is no path, or beyond the limit or the targets.
     origin : (n,) integer array
         The vertex at which the last straight line of the shortest path starts, or -1-k for source k of those within
-        faces. Source vertices are their own origin. Undefined where the distance is inf, as the following.
+        faces. Source vertices are their own origin, and vertices at distance inf.
     halfedge : (n,) integer array
         3f+k where the line arrives through face f, over the edge opposite its corner k; -1 where it stays in a face of
         its origin.
@@ -108,28 +108,38 @@ class ExactDistance:
         FieldError
             If a source or target is not a vertex of the surface, or the limit is negative.
         """
-        distance = self.arrivals(sources, limit, targets).distance
-        finite = np.isfinite(distance)
-        finite_count = int(np.count_nonzero(finite))
+        front, vertices = self._solved(sources, limit, targets)
+        distance, found = front.distance, front.distance[vertices]
         report: dict[str, Any] = {"sources": sources.report(), "farthest": None, "mean_distance": None}
-        if finite_count:
-            farthest = int(np.where(finite, distance, -1.0).argmax())
-            report["farthest"] = {"vertex": farthest, "distance": float(distance[farthest])}
-            report["mean_distance"] = float(distance[finite].mean())
-        far = self.mesh.n_vertices - len(self.mesh.unreferenced_vertices) - finite_count
+        if len(vertices):
+            farthest = int(found.argmax())
+            report["farthest"] = {"vertex": int(vertices[farthest]), "distance": float(found[farthest])}
+            report["mean_distance"] = float(found.mean())
+        far = self.mesh.n_vertices - len(self.mesh.unreferenced_vertices) - len(vertices)
         cut = limit < inf or len(targets) > 0
         report |= {"vertices_beyond" if cut else "unreachable_vertices": far, **self.settings()}
         return Result(self.mesh, [Field("distance", "vertex", distance)], report, sources)
 
     def arrivals(self, sources: SurfacePoints, limit: float = inf, targets: Sequence[int] | Ints = ()) -> Arrivals:
         """Return distances as `from_sources` does, with the straight line by which each vertex is reached."""
+        front, _ = self._solved(sources, limit, targets)
+        outside = np.flatnonzero(np.isinf(front.distance))
+        front.origin[outside], front.halfedge[outside], front.entry[outside] = outside, -1, 0.0
+        return Arrivals(front.distance, front.origin, front.halfedge, front.entry)
+
+    def _solved(
+        self, sources: SurfacePoints, limit: float = inf, targets: Sequence[int] | Ints = ()
+    ) -> tuple[Front, Ints]:
+        """Return the front when distances are final, up to the limit or the targets, and its vertices, ascending."""
         wanted = vertex_points(self.mesh, targets).vertices if len(targets) else np.empty(0, dtype=np.int64)
         points = sources.within_faces
         front = empty_front(self._surface, len(points))
         start(front, sources.vertices, len(points))
         front, radius = self._propagated(front, points, _checked(limit), wanted)
-        front.distance[front.distance > radius] = inf
-        return Arrivals(front.distance, front.origin, front.halfedge, front.entry)
+        vertices = np.sort(reached(front))
+        final = front.distance[vertices] <= radius
+        front.distance[vertices[~final]] = inf
+        return front, vertices[final]
 
     def rows(
         self,
@@ -144,7 +154,7 @@ class ExactDistance:
         rows = np.empty((len(queries), self.mesh.n_vertices))
 
         def compute(k: int) -> None:
-            rows[k] = self.arrivals(queries[k], limit, targets[k] if targets else ()).distance
+            rows[k] = self._solved(queries[k], limit, targets[k] if targets else ())[0].distance
 
         with ThreadPoolExecutor(cpu_count()) as threads:
             list(threads.map(compute, range(len(queries))))

@@ -76,7 +76,7 @@ def is_turning(surface: Surface, v: int) -> bool:
 
     At a needle, rounding may lose the windows on both sides of a path that runs along it.
     """
-    h = first = surface.corners[surface.starts[v]]
+    h = first = np.int64(surface.corners[surface.starts[v]])
     out = triangle(surface, h).at_low
     angle = 0.0
     for count in range(surface.starts[v + 1] - surface.starts[v]):
@@ -84,7 +84,7 @@ def is_turning(surface: Surface, v: int) -> bool:
         if count > 0 and h == first:
             return True
         angle += pi - atan2(face.sin_low, face.cos_low) - atan2(face.sin_high, face.cos_high)
-        g = surface.across[out]
+        g = np.int64(surface.across[out])
         longest = max(face.base, face.left, face.right)
         if g == out or surface.across[g] != out or face.sin_low * face.left * face.base <= NEEDLE * longest * longest:
             return True
@@ -100,7 +100,7 @@ def is_turning(surface: Surface, v: int) -> bool:
 def ends(surface: Surface, h: int) -> tuple[int, int]:
     """Lower and higher vertex of a halfedge."""
     f, k = h // 3, h % 3
-    a, b = surface.faces[f, (k + 1) % 3], surface.faces[f, (k + 2) % 3]
+    a, b = np.int64(surface.faces[f, (k + 1) % 3]), np.int64(surface.faces[f, (k + 2) % 3])
     return min(a, b), max(a, b)
 
 
@@ -111,7 +111,7 @@ def triangle(surface: Surface, h: int) -> Triangle:
     i, j = (k + 1) % 3, (k + 2) % 3
     if surface.faces[f, i] > surface.faces[f, j]:
         i, j = j, i
-    low, high, apex = surface.faces[f, i], surface.faces[f, j], surface.faces[f, k]
+    low, high, apex = np.int64(surface.faces[f, i]), np.int64(surface.faces[f, j]), np.int64(surface.faces[f, k])
     p, q, r = surface.points[low], surface.points[high], surface.points[apex]
     ex, ey, ez, lx, ly, lz = q[0] - p[0], q[1] - p[1], q[2] - p[2], r[0] - p[0], r[1] - p[1], r[2] - p[2]
     rx, ry, rz = r[0] - q[0], r[1] - q[1], r[2] - q[2]

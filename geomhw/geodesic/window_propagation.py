@@ -122,7 +122,7 @@ def propagate(surface: Surface, front: Front, places: Floats, faces: Ints, limit
     """
     n, h, done = len(front.distance), len(front.waiting), 0
     while front.counts[WAITING]:
-        item, key = front.items[0], front.keys[0]
+        item, key = np.int64(front.items[0]), front.keys[0]
         while done < len(targets) and front.distance[targets[done]] <= key:
             done += 1
         if 0 < len(targets) == done:
@@ -135,11 +135,13 @@ def propagate(surface: Surface, front: Front, places: Floats, faces: Ints, limit
         elif item < h + n:
             v = item - h
             for k in range(surface.starts[v], surface.starts[v + 1]):
-                _emit(surface, front, surface.corners[k], surface.points[v], front.distance[v], v, limit)
+                x, y, z = surface.points[v]
+                _emit(surface, front, np.int64(surface.corners[k]), x, y, z, front.distance[v], v, limit)
         else:
             i = item - h - n
             for k in range(3):
-                _emit(surface, front, 3 * faces[i] + k, places[i], 0.0, -1 - i, limit)
+                x, y, z = places[i]
+                _emit(surface, front, 3 * np.int64(faces[i]) + k, x, y, z, 0.0, -1 - i, limit)
     return limit
 
 
@@ -157,15 +159,17 @@ def _size(surface: Surface, front: Front, item: int) -> int:
 
 
 @compiled_in_place
-def _emit(surface: Surface, front: Front, h: int, place: Floats, d: float, origin: int, limit: float) -> None:
-    """Send one window from a point of a face over its halfedge h, and reach the ends of the halfedge."""
+def _emit(
+    surface: Surface, front: Front, h: int, x: float, y: float, z: float, d: float, origin: int, limit: float
+) -> None:
+    """Send one window from a point (x, y, z) of a face over its halfedge h, and reach the ends of the halfedge."""
     low, high = ends(surface, h)
-    p, q, r = surface.points[low], surface.points[high], place
-    ex, ey, ez, rx, ry, rz = q[0] - p[0], q[1] - p[1], q[2] - p[2], r[0] - p[0], r[1] - p[1], r[2] - p[2]
+    p, q = surface.points[low], surface.points[high]
+    ex, ey, ez, rx, ry, rz = q[0] - p[0], q[1] - p[1], q[2] - p[2], x - p[0], y - p[1], z - p[2]
     base, along = sqrt(ex * ex + ey * ey + ez * ez), ex * rx + ey * ry + ez * rz
     cross = sqrt((ey * rz - ez * ry) ** 2 + (ez * rx - ex * rz) ** 2 + (ex * ry - ey * rx) ** 2)
     _reach(surface, front, low, d + sqrt(rx * rx + ry * ry + rz * rz), origin, -1, 0.0, limit)
-    far = sqrt((r[0] - q[0]) ** 2 + (r[1] - q[1]) ** 2 + (r[2] - q[2]) ** 2)
+    far = sqrt((x - q[0]) ** 2 + (y - q[1]) ** 2 + (z - q[2]) ** 2)
     _reach(surface, front, high, d + far, origin, -1, 0.0, limit)
     if base > 0 and (cross > 0 or 0 < along < base * base):
         i = allocate(front.windows, front.counts, 0)
@@ -181,7 +185,7 @@ def _cross_face(surface: Surface, front: Front, h: int, limit: float) -> None:
     """Propagate the windows in the list of a halfedge across its face, to the apex and over the other two sides."""
     windows, face = front.windows, triangle(surface, h)
     x, y = face.left * face.cos_low, face.left * face.sin_low
-    first = i = front.waiting[h]
+    first = i = np.int64(front.waiting[h])
     while i:
         w = windows[i]
         while w.next and continues(w, windows[w.next], face.base):
@@ -220,7 +224,7 @@ def _deliver(surface: Surface, front: Front, h: int, i: int, base: float, limit:
     """Insert the windows of a list, which leave a face over its halfedge h, at all other faces of the edge."""
     windows, counts = front.windows, front.counts
     low, high = ends(surface, h)
-    first, last, least, g = 0, 0, inf, surface.across[h]
+    first, last, least, g = 0, 0, inf, np.int64(surface.across[h])
     while i:
         following = windows[i].next
         d = trim(windows[i], front.distance[low], front.distance[high], base) if g != h else -1.0
@@ -246,7 +250,7 @@ def _deliver(surface: Surface, front: Front, h: int, i: int, base: float, limit:
             i = following
         front.waiting[g] = windows[0].next
         _push(front, g, least)
-        g = surface.across[g]
+        g = np.int64(surface.across[g])
 
 
 @compiled_in_place

@@ -81,7 +81,7 @@ def trim(window: Any, d_low: float, d_high: float, base: float) -> float:
     window.left, window.right = left, right
     if not right - left > TIE * base:
         return -1.0
-    return length_to(window, min(max(x, left), right))
+    return window.offset + y if left <= x <= right else length_to(window, left if x < left else right)
 
 
 @compiled_in_place

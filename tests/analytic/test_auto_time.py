@@ -6,6 +6,8 @@ import pytest
 from geomhw.geodesic import HeatDistance, time_step
 from geomhw.io import read_mesh
 from geomhw.mesh import TriangleMesh, icosphere
+from geomhw.options import Connection
+from support.exact import mean_angle_error
 from support.meshes import sheared, zoo_mesh
 from support.reference import needs_reference, reference
 
@@ -37,6 +39,18 @@ def test_auto_is_as_accurate_as_h2_at_every_scale(name: str) -> None:
     for scale in [*SCALES, *near]:
         t = time_step("auto", scaled(mesh, scale)).t / (scale * h) ** 2
         error = by_square if t == pytest.approx(1) else mean_error(mesh, f"{float(t)!r}*h2", exact, source)
+        assert error <= 1.1 * by_square, scale
+
+
+@pytest.mark.parametrize("connection", ["normals", "intrinsic"])
+def test_transport_with_auto_is_as_accurate_as_with_h2(connection: Connection) -> None:
+    """On spheres at the same scales, against transport along great circles: at most 1.1 times the error of h²."""
+    mesh = icosphere(3)
+    h = mesh.mean_edge_length
+    by_square = mean_angle_error(3, connection, "h2")
+    for scale in [*SCALES, *(ratio ** (-2 / 3) / h for ratio in (0.26, 0.337, 0.5, 0.7, 0.99))]:
+        t = time_step("auto", scaled(mesh, scale)).t / (scale * h) ** 2
+        error = by_square if t == pytest.approx(1) else mean_angle_error(3, connection, f"{float(t)!r}*h2")
         assert error <= 1.1 * by_square, scale
 
 

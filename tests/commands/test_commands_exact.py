@@ -12,9 +12,10 @@ from geomhw.io.artifacts.matrices import read_arrays
 from geomhw.io.artifacts.tables import read_csv
 from geomhw.mesh.primitives import torus
 from geomhw.mesh.surface_points import face_point
+from geomhw.mesh.triangle_mesh import TriangleMesh
 from support.meshes import crumpled, two_spheres
 from support.messages import missing
-from support.program import run, save_off
+from support.program import one_line, run, save_off
 
 MESH = crumpled(torus(16, 13))
 EXACT = ["geodesic", "mesh.off", "--method", "exact"]
@@ -150,3 +151,104 @@ def test_target_in_face() -> None:
         answer = run(*EXACT, "--to", target, "-o", "out.vtu")
         assert answer.exit_code == 2
         assert not missing(answer.stderr, f"{word} ... vertex")
+
+
+# -- masks and regions ------------------------------------------------------------------------------------------------
+
+#: Faces of the mask: most of the mesh, in pieces.
+KEPT = np.random.default_rng(2).random(MESH.n_faces) < 0.8
+
+
+@pytest.mark.parametrize("method", [["--method", "exact"], ["--time", "h2"], ["--robust"]])
+@pytest.mark.parametrize("source", ["5", "face:40", "40,face:7:0.2,0.3,0.5"])
+def test_mask_is_mesh_cut_out(method: list[str], source: str) -> None:
+    """Distances within a mask are those on the mesh cut out; the output has the whole mesh, zero in other faces."""
+    kept = KEPT.copy()
+    kept[[7, 40]] = True
+    np.save("kept.npy", kept)
+    cut = TriangleMesh(MESH.vertices, MESH.faces[kept])
+    save_off(cut, "cut.off")
+    number = np.cumsum(kept) - 1
+    moved = source.replace("face:40", f"face:{number[40]}").replace("face:7", f"face:{number[7]}")
+    answer = run("geodesic", "mesh.off", *method, "--mask", "kept.npy", "--source", source, "-o", "a.vtu", "--json")
+    assert answer.exit_code == 0, answer.output
+    other = run("geodesic", "cut.off", *method, "--source", moved, "-o", "b.vtu", "--json")
+    found, expected = read("a.vtu"), read("b.vtu")
+    np.testing.assert_array_equal(found["distance"], expected["distance"])
+    assert found.mesh.n_faces == MESH.n_faces
+    if "exact" not in method:
+        np.testing.assert_array_equal(found["direction"][kept], expected["direction"])
+        assert not found["direction"][~kept].any()
+    reports = [json.loads(text.stdout) for text in (answer, other)]
+    assert reports[0]["farthest"] == reports[1]["farthest"]
+    assert [s["face"] for s in reports[0]["sources"] if isinstance(s, dict)] in ([], [40], [7])
+
+
+def test_mask_of_vertices() -> None:
+    """A mask of vertices contains the faces with all corners in it; it may be an array or a text file."""
+    inside = from_vertex(5) < 1.5
+    np.save("inside.npy", inside)
+    Path("inside.txt").write_text("\n".join(map(str, np.flatnonzero(inside))))
+    cut = TriangleMesh(MESH.vertices, MESH.faces[inside[MESH.faces].all(axis=1)])
+    expected = ExactDistance(cut).from_vertices([5])["distance"]
+    for mask in ("inside.npy", "@inside.txt"):
+        assert run(*EXACT, "--mask", mask, "--source", "5", "-o", "out.vtu").exit_code == 0
+        np.testing.assert_array_equal(read("out.vtu")["distance"], expected)
+
+
+def test_mask_of_matrices() -> None:
+    """Matrices and pairs within a mask are those of the mesh cut out."""
+    np.save("kept.npy", KEPT)
+    save_off(TriangleMesh(MESH.vertices, MESH.faces[KEPT]), "cut.off")
+    for options in (["--all-pairs", "-o", "D.npy"], ["--all-pairs", "--limit", "1", "-o", "D.npz"]):
+        assert run(*EXACT, "--mask", "kept.npy", *options).exit_code == 0
+        first = Path(options[-1]).read_bytes()
+        assert run("geodesic", "cut.off", "--method", "exact", *options).exit_code == 0
+        assert Path(options[-1]).read_bytes() == first
+
+
+@pytest.mark.parametrize("options", [["--source", "5"], ["--source", "face:0"], ["--all-pairs", "-o", "kept.npy"]])
+def test_mask_refuses(options: list[str]) -> None:
+    """Sources outside of the mask, and outputs over it, are refused."""
+    kept = np.ones(MESH.n_faces, dtype=bool)
+    kept[(MESH.faces == 5).any(axis=1)] = kept[0] = False
+    np.save("kept.npy", kept)
+    one_line(run(*EXACT, "--mask", "kept.npy", *options), "kept.npy" if "-o" in options else "outside of the mask")
+    np.save("kept.npy", 0 * kept)
+    one_line(run(*EXACT, "--mask", "kept.npy"), "kept.npy", "no face")
+    one_line(run(*EXACT, "--mask", "none.npy"), "none.npy")
+
+
+@pytest.mark.parametrize("method", ["exact", "heat"])
+def test_region(method: str) -> None:
+    """A region is 0 inside, and outside as far as from all of its vertices."""
+    labels = np.where(from_vertex(5) < 0.8, 3, 1)
+    np.save("labels.npy", labels)
+    vertices = np.flatnonzero(labels == 3)
+    command = ["geodesic", "mesh.off", "--method", method, "-o", "out.vtu"]
+    assert run(*command, "--source", "labels.npy=3").exit_code == 0
+    found = read("out.vtu")["distance"]
+    np.testing.assert_array_equal(np.flatnonzero(found == 0), vertices)
+    assert run(*command, "--source", ",".join(map(str, vertices))).exit_code == 0
+    np.testing.assert_array_equal(read("out.vtu")["distance"], found)
+
+
+def test_region_of_faces_and_name() -> None:
+    """Labels may belong to faces, have a name in their file, and stand beside other sources."""
+    labels = np.zeros(MESH.n_faces)
+    labels[[3, 4]] = 2.5
+    np.savez("labels.npz", part=labels)
+    assert run(*EXACT, "--source", "labels.npz:part=2.5", "--source", "100", "-o", "out.vtu").exit_code == 0
+    sources = {*MESH.faces[[3, 4]].ravel().tolist(), 100}
+    assert set(np.flatnonzero(read("out.vtu")["distance"] == 0)) == sources
+
+
+@pytest.mark.parametrize(
+    ("spec", "words"),
+    [("labels.npy=7", ["labels.npy", "7"]), ("none.npy=1", ["none.npy"]), ("labels.npy=", ["NUMBER"])],
+)
+def test_region_refuses(spec: str, words: list[str]) -> None:
+    np.save("labels.npy", np.zeros(MESH.n_vertices))
+    answer = run(*EXACT, "--source", spec, "-o", "out.vtu")
+    assert answer.exit_code != 0
+    assert all(word in answer.stderr for word in words), answer.stderr

@@ -208,10 +208,13 @@ def test_arrivals_are_lengths_of_straight_lines() -> None:
     """The straight line into a vertex has the length by which its distance exceeds that of its origin."""
     mesh = zoo_mesh("annulus")
     found = ExactDistance(mesh).arrivals(vertex_points(mesh, [0]))
-    beside = (found.halfedge < 0) & (found.distance > 0)
-    chord = np.linalg.norm(mesh.vertices - mesh.vertices[found.origin], axis=1)
-    np.testing.assert_allclose((found.distance - found.distance[found.origin])[beside], chord[beside], rtol=1e-12)
-    assert (found.distance - found.distance[found.origin] >= chord * (1 - 1e-12)).all()
+    there = np.isfinite(found.distance)
+    np.testing.assert_array_equal(found.origin[~there], np.flatnonzero(~there))
+    length = found.distance[there] - found.distance[found.origin[there]]
+    chord = np.linalg.norm(mesh.vertices - mesh.vertices[found.origin], axis=1)[there]
+    assert (length >= chord * (1 - 1e-12)).all()
+    beside = found.halfedge[there] < 0
+    np.testing.assert_allclose(length[beside], chord[beside], rtol=1e-12)
 
 
 def test_duplicate_faces_change_nothing() -> None:
