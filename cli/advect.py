@@ -57,10 +57,10 @@ def advect(
     """
     from geomhw.flow.flow_map import FlowMap, frames
 
-    writer = FrameWriter.plan("advect", mesh_path, fields.files_of(field, color_spec), report, **files)
+    writer = FrameWriter.plan("advect", mesh_path, report, **files)
     job = writer.job
     mesh = job.read()
-    with job.stage("compute and write"), progress("advect") as bar, writer.background:
+    with job.stage("compute and write"), progress("advect") as bar, writer.running():
         flow = FlowMap(mesh, fields.field(field, mesh), integrator)
         tracer = pathlines = None
         if tracers:
@@ -68,7 +68,7 @@ def advect(
 
             tracer = PathlineTracer(mesh)
             pathlines = tracer.start(tracers)
-        for frame in frames(flow, fields.color(color_spec, mesh), dt, steps, every):
+        for frame in frames(flow, fields.color(color_spec, mesh, job.remarks), dt, steps, every):
             cloud = None
             if tracer and pathlines:
                 pathlines = tracer.step(pathlines, flow.field, frame.report["time"])

@@ -1,13 +1,18 @@
 """``geomhw compare``: whether two files hold the same values."""
 
+import math
 from pathlib import Path
 from typing import Any
 
 import click
 
 from geomhw.compare.rules import DOUBLE, HEAVIEST_SPOT, SINGLE
-from geomhw_cli.options import FILE, REPORT, OptionGroup, command, flag, option
+from geomhw_cli.options import INPUT, OUTPUT, REPORT, OptionGroup, command, flag, option
 from geomhw_cli.runtime.job import print_json
+from geomhw_cli.specs.files import require_writable
+from geomhw_cli.specs.numbers import Number
+
+TOLERANCE = Number(0, math.inf)
 
 
 @command(
@@ -16,10 +21,10 @@ from geomhw_cli.runtime.job import print_json
         option(
             "--rtol",
             "R",
-            float,
+            TOLERANCE,
             f"Relative tolerance.  [default: {DOUBLE:g}; {SINGLE:g} for arrays stored in single precision]",
         ),
-        option("--atol", "A", float, "Absolute tolerance.", default=0.0),
+        option("--atol", "A", TOLERANCE, "Absolute tolerance.", default=0.0),
         option(
             "--ignore",
             "NAME",
@@ -31,13 +36,11 @@ from geomhw_cli.runtime.job import print_json
     ),
     OptionGroup(
         "Pictures",
-        option(
-            "--spot", "W", click.FloatRange(min=0), "Weight of the heaviest spot that passes.", default=HEAVIEST_SPOT
-        ),
-        option("--diff", "FILE", FILE, "PNG that shows where the pictures differ."),
+        option("--spot", "W", TOLERANCE, "Weight of the heaviest spot that passes.", default=HEAVIEST_SPOT),
+        option("--diff", "FILE", OUTPUT, "PNG that shows where the pictures differ."),
     ),
     REPORT,
-    arguments=[click.Argument([name], metavar=letter, type=FILE) for name, letter in (("one", "A"), ("other", "B"))],
+    arguments=[click.Argument([name], metavar=letter, type=INPUT) for name, letter in (("one", "A"), ("other", "B"))],
 )
 def compare(
     one: Path,
@@ -88,11 +91,11 @@ def compare(
     from geomhw.compare import Ignored, Tolerance, compare_files
 
     if diff:
-        _check_diff(diff, one, other)
+        _check_diff(diff, one)
     comparison = compare_files(one, other, Tolerance(rtol, atol), Ignored(ignore), spot, everything)
     if diff:
         _write_diff(diff, one, other, spot)
-    if report["as_json"]:
+    if report["as_json"] and not report["quiet"]:
         print_json(
             {
                 "command": "compare",
@@ -112,14 +115,13 @@ def compare(
     click.get_current_context().exit(0 if comparison.same else 1)
 
 
-def _check_diff(diff: Path, one: Path, other: Path) -> None:
+def _check_diff(diff: Path, one: Path) -> None:
     """Raise an error unless A is a picture and the picture of the difference can be written."""
     from geomhw.compare.files import kind_of
-    from geomhw.io import check_outputs
 
     if kind_of(one) != "picture":
         raise click.UsageError("--diff is for pictures, but A and B are of another kind.")
-    check_outputs([diff], [one, other], extensions=[".png"])
+    require_writable([diff], [".png"])
 
 
 def _write_diff(diff: Path, one: Path, other: Path, spot: float) -> None:

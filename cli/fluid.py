@@ -13,11 +13,14 @@ from geomhw_cli.runtime.frame_writer import FrameWriter
 from geomhw_cli.runtime.progress import progress
 from geomhw_cli.runtime.resume import load_state, save_state
 from geomhw_cli.specs import fields
+from geomhw_cli.specs.numbers import LARGEST, POSITIVE, SMALLEST, Number
 
 if TYPE_CHECKING:
     from geomhw.fluid.run import Plan
     from geomhw.fluid.state import FlowState, Scheme
     from geomhw.results import Result
+
+VISCOSITY = Number(SMALLEST, LARGEST, or_zero=True)
 
 
 @command(
@@ -33,7 +36,12 @@ if TYPE_CHECKING:
             ForceName,
             "jet: the tangential part of (0.2 h/dt)(cos 0.2πt, sin 0.2πt, 0) near the top. none: free flow.",
         ),
-        option("--restart", "FILE", options.FILE, "Resume from <OUT>.restart.npz of an earlier run."),
+        option(
+            "--restart",
+            "FILE",
+            options.INPUT,
+            "Resume from <OUT>.restart.npz of an earlier run. Options that are not given are those of that run.",
+        ),
         name="choices",
     ),
     OptionGroup(
@@ -52,11 +60,11 @@ if TYPE_CHECKING:
             "In stable-fluids: average the full velocity to vertices and back, or only its increment.",
         ),
         click.Option(["--filter/--no-filter", "smooth"], default=True, help="Remove noise at the grid scale."),
-        option("--viscosity", "NU", float, "Viscosity, length squared per time.", default=0.0),
+        option("--viscosity", "NU", VISCOSITY, "Viscosity, length squared per time.", default=0.0),
         options.DT,
-        option("--cfl", "C", float, "Instead of --dt: Courant number C; dt = C h / largest speed."),
+        option("--cfl", "C", POSITIVE, "Instead of --dt: Courant number C; dt = C h / largest speed."),
         options.STEPS,
-        option("--until", "T", float, "Instead of --steps: exact time of the end."),
+        option("--until", "T", POSITIVE, "Instead of --steps: exact time of the end."),
         options.EVERY,
         options.TRACERS,
         name="choices",
@@ -87,9 +95,11 @@ def fluid(mesh_path: Path, choices: dict[str, Any], files: dict[str, Any], repor
     from geomhw.fluid.state import Diagnostics
     from geomhw.fluid.vorticity_scheme import VorticityScheme
 
-    restart, plan = choices.pop("restart"), _plan(choices)
-    inputs = fields.files_of(choices["init"], choices["color_spec"])
-    writer = FrameWriter.plan("fluid", mesh_path, inputs, report, **files)
+    restart = choices.pop("restart")
+    if restart:
+        _continue(restart, choices, files)
+    plan = _plan(choices)
+    writer = FrameWriter.plan("fluid", mesh_path, report, restart=restart, **files)
     job = writer.job
     mesh = job.read_oriented()
     with job.stage("set up"):
@@ -106,21 +116,15 @@ def fluid(mesh_path: Path, choices: dict[str, Any], files: dict[str, Any], repor
         if state is None:
             model = untraced.model if isinstance(untraced, VorticityScheme) else None
             velocity = fields.flow(choices["init"], mesh, model)
-            state = scheme.start(velocity, fields.color(choices["color_spec"], mesh))
-    try:
-        with job.stage("compute and write"), progress("fluid") as bar, writer.background:
-            for snapshot in run(scheme, state, plan, force):
-                state = snapshot.state
-                cloud = traced.cloud(state) if traced else None
-                # An uninterrupted run passes the regular states too, and can be continued from them.
-                checkpoint = partial(save_state, writer, mesh, state, choices) if snapshot.regular else None
-                writer.add(state.time, _frame(scheme, state), diagnostics(state, snapshot.dt), cloud, checkpoint)
-                bar(plan.share(state))
-    except KeyboardInterrupt:
-        if not writer.rows:
-            raise
-        valid = f"{writer.series.path} is valid up to step {writer.rows[-1]['step']}"
-        raise click.ClickException(f"interrupted; {valid}, go on with --restart {writer.checkpoint}") from None
+            state = scheme.start(velocity, fields.color(choices["color_spec"], mesh, job.remarks))
+    with job.stage("compute and write"), progress("fluid") as bar, writer.running():
+        for snapshot in run(scheme, state, plan, force):
+            state = snapshot.state
+            cloud = traced.cloud(state) if traced else None
+            # An uninterrupted run passes the regular states too, and can be continued from them.
+            checkpoint = partial(save_state, writer, mesh, state, choices) if snapshot.regular else None
+            writer.add(state.time, _frame(scheme, state), diagnostics(state, snapshot.dt), cloud, checkpoint)
+            bar(plan.share(state))
     writer.finish()
     first, last = writer.rows[0], writer.rows[-1]
     lines = [f"time: {last['time']:.6g} after {last['step']} steps, {len(writer.rows)} frames"]
@@ -129,6 +133,21 @@ def fluid(mesh_path: Path, choices: dict[str, Any], files: dict[str, Any], repor
     if choices["scheme"] == "stable-fluids":
         lines.append("note: the handout's scheme damps the flow at every step, however short; others do not")
     job.finish(mesh, {**choices, "frames": len(writer.rows), "first": first, "last": last}, lines)
+
+
+def _continue(restart: Path, choices: dict[str, Any], files: dict[str, Any]) -> None:
+    """Take the options that the command line leaves out from the run that wrote a state, and go on with its series."""
+    from geomhw.io import read_checkpoint
+
+    saved = read_checkpoint(restart)[0]
+    settings = {**saved.get("run", {}), **saved.get("end", {})}
+    for name in choices.keys() & settings.keys():
+        rivals = [name, *(pair[1 - pair.index(name)] for pair in (("dt", "cfl"), ("steps", "until")) if name in pair)]
+        if not any(map(options.is_given, rivals)):
+            choices[name] = settings[name]
+    suffix = ".restart.npz"
+    if files["output"] is None and restart.name.endswith(suffix):
+        files["output"] = restart.with_name(restart.name.removesuffix(suffix) + ".pvd")
 
 
 def _plan(choices: dict[str, Any]) -> "Plan":

@@ -9,11 +9,13 @@ import click
 from geomhw.background import submit
 from geomhw.options import HEAT_METHOD, Boundary, DistanceMethodName, GeodesicPanel
 from geomhw_cli import options
-from geomhw_cli.options import FILE, Choice, OptionGroup, choice, command, flag, is_given, option
+from geomhw_cli.options import INPUT, Choice, OptionGroup, choice, command, flag, is_given, option
 from geomhw_cli.runtime.distance_batch import compute_distances, compute_matrix
 from geomhw_cli.runtime.job import Job, robust_line, time_line
 from geomhw_cli.specs.distance_methods import DistanceMethod
+from geomhw_cli.specs.files import Spec
 from geomhw_cli.specs.masks import MaskSpec, MeshPart
+from geomhw_cli.specs.numbers import LARGEST, SMALLEST, Number
 from geomhw_cli.specs.queries import DistanceQueries
 from geomhw_cli.specs.sources import MAX_IN_LINE, MAX_REPORTED, SourceSpecs, shortened, source_line
 
@@ -29,11 +31,11 @@ MEAN_WARNED, LARGEST_WARNED = 0.05, 0.1
         "Input",
         options.SOURCE,
         flag("--all-pairs", "Distances between all vertices: a matrix, -o D.npy."),
-        option("--pairs", "FILE", FILE, "Distances from a source to a vertex, one pair per line: -o D.csv or D.npy."),
+        option("--pairs", "FILE", INPUT, "Distances from a source to a vertex, one pair per line: -o D.csv or D.npy."),
         option(
             "--sources source_file",
             "FILE",
-            FILE,
+            INPUT,
             "Distances to all vertices from one set of sources per line: -o D.npy.",
         ),
     ),
@@ -47,13 +49,13 @@ MEAN_WARNED, LARGEST_WARNED = 0.05, 0.1
         option(
             "--limit",
             "R",
-            click.FloatRange(min=0),
+            Number(SMALLEST, LARGEST, or_zero=True),
             "Largest distance; larger ones are inf and take no time. For --method exact.",
         ),
         option(
             "--mask",
             "FILE:ARRAY",
-            str,
+            Spec(lambda text: [MaskSpec(text).path]),
             "Paths stay in the part of MESH where this array is not zero, per vertex or per face; also @FILE, a text "
             "file of the vertices. All other distances are inf.",
             callback=lambda _context, _option, text: MaskSpec.parse(text),
@@ -109,7 +111,7 @@ MEAN_WARNED, LARGEST_WARNED = 0.05, 0.1
             default=HEAT_METHOD,
             help="Panel of the picture. May be repeated.",
         ),
-        option("--beyond", "VALUE", float, "Written in place of infinite distances.", default=inf),
+        option("--beyond", "VALUE", Number(-inf, inf), "Written in place of infinite distances.", default=inf),
         flag("--single", "Single precision, with --all-pairs, --pairs or --sources."),
     ),
     options.REPORT,
@@ -167,9 +169,7 @@ def geodesic(
         else:
             compute_distances(job, queries, "<f4" if single else "<f8", chosen, beyond, mask)
         return
-    job = Job.plan(
-        "geodesic", mesh_path, [*sources.paths, *to.paths, *([mask.path] if mask else [])], **files, **report
-    )
+    job = Job.plan("geodesic", mesh_path, **files, **report)
     if chosen.name == "exact":
         _exact(job, mask, sources, to, chosen.settings["limit"], beyond, panels)
     else:
@@ -192,7 +192,7 @@ def _exact(
 
     mesh = job.read()
     part, targets = MeshPart.of(mesh, mask), to.vertices(mesh) if to.specs else []
-    points = part.sources(sources)
+    points = part.sources(sources, job.remarks)
     with job.stage("connectivity"):
         solver = ExactDistance(part.mesh)
     with job.stage("compute"):
@@ -229,7 +229,7 @@ def _heat(
     mesh = job.read()
     part = MeshPart.of(mesh, mask)
     with job.stage("compute"):
-        solver, points = HeatDistance(part.mesh, **method.settings), part.sources(sources)
+        solver, points = HeatDistance(part.mesh, **method.settings), part.sources(sources, job.remarks)
         result = part.expand(solver.from_sources(points))
     answers, distance = result.report, result["distance"]
     errors = submit(lambda: {} if answers["refined"] else distance_errors(part.mesh, points, distance))

@@ -6,6 +6,8 @@ from typing import Any
 from geomhw_cli import options
 from geomhw_cli.options import OptionGroup, command, option
 from geomhw_cli.runtime.job import Job
+from geomhw_cli.specs.fields import array_files
+from geomhw_cli.specs.files import Spec
 
 
 @command(
@@ -14,7 +16,7 @@ from geomhw_cli.runtime.job import Job
         option(
             "--field field_spec",
             "FILE:ARRAY",
-            str,
+            Spec(array_files),
             "Vector field per face or per vertex: an array of a mesh file, a .npy file, or columns of a CSV file.",
             required=True,
         ),
@@ -39,10 +41,10 @@ def helmholtz(mesh_path: Path, field_spec: str, files: dict[str, Any], report: d
     """
     from geomhw.flow.helmholtz import HelmholtzDecomposition
     from geomhw.flow.tangent_fields import face_vectors
-    from geomhw.io import field_file, read_field
+    from geomhw.io import read_field
     from geomhw.render.pictures import helmholtz_picture
 
-    job = Job.plan("helmholtz", mesh_path, [field_file(field_spec)], **files, **report)
+    job = Job.plan("helmholtz", mesh_path, **files, **report)
     mesh = job.read()
     with job.stage("read field"):
         field = read_field(field_spec, mesh)

@@ -1,105 +1,47 @@
-"""The ``geomhw`` program: its commands, and the conversion of errors to messages and exit codes."""
+"""Entry point of the ``geomhw`` program: handles signals from the first line on, then loads and runs the program."""
 
-import io
 import os
-import signal
 import sys
-from collections.abc import Sequence
 from typing import Any, NoReturn
 
-import click
-
-from geomhw import __version__
-from geomhw.errors import GeomhwError, Remedy
-from geomhw_cli.advect import advect
-from geomhw_cli.compare import compare
-from geomhw_cli.fluid import fluid
-from geomhw_cli.geodesic import geodesic
-from geomhw_cli.helmholtz import helmholtz
-from geomhw_cli.info import info
-from geomhw_cli.operators import operators
-from geomhw_cli.repair import repair
-from geomhw_cli.vecdiffuse import vecdiffuse
-
-#: Environment variables from which linear algebra libraries read their number of threads when they are loaded.
-BLAS_THREADS = [f"{name}_NUM_THREADS" for name in ("OPENBLAS", "MKL", "BLIS", "OMP")] + ["VECLIB_MAXIMUM_THREADS"]
-#: The option that stands for an argument of the library which avoids an error.
-REMEDIES: dict[Remedy, str] = {
-    "robust=True": "--robust",
-    "solver='direct'": "--solver direct",
-    "refine=False": "--no-refine",
-}
+from geomhw_cli.runtime import interrupts
 
 
-class Program(click.Group):
-    """Turn an error of the library into one line on stderr and an exit code."""
+def main() -> NoReturn:
+    """Run the program and end the process.
 
-    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """Choose the exit code of failures by the command line."""
-        ctx.obj = failure_code(args)
-        return super().parse_args(ctx, args)
-
-    def invoke(self, ctx: click.Context) -> Any:
-        """Run the command."""
-        try:
-            return super().invoke(ctx)
-        except (GeomhwError, MemoryError) as error:
-            click.echo(f"Error: {_message(error)}", err=True)
-            ctx.exit(ctx.obj)
-
-
-def failure_code(arguments: Sequence[str]) -> int:
-    """Return 2 for ``compare`` and ``info --check``, where exit code 1 is an answer, and else 1."""
-    return 2 if arguments[:1] == ["compare"] or (arguments[:1] == ["info"] and "--check" in arguments) else 1
-
-
-def _message(error: GeomhwError | MemoryError) -> str:
-    """The message of an error, in which an option replaces the argument that avoids the error."""
-    if isinstance(error, MemoryError):
-        return "there is not enough memory for this mesh"
-    return str(error).replace(error.remedy, REMEDIES[error.remedy]) if error.remedy else str(error)
-
-
-@click.group(cls=Program, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
-@click.version_option(__version__, prog_name="geomhw")
-def program() -> None:
-    """Geometry on triangle meshes: distances, vector transport, decompositions and flows, with pictures.
-
-    \b
-    Exit codes: 0 success; 1 invalid input or failed computation, with one line on stderr
-    and no incomplete output file; 2 wrong usage. Of compare: 0 same, 1 different,
-    2 failure. Of info --check: 0 no defects, 1 defects, 2 failure.
-
-    \b
-    Completion by the Tab key in bash:
-      eval "$(_GEOMHW_COMPLETE=bash_source geomhw)"
+    After an interrupt the process ends without the interpreter's clean-up, which may crash in a thread that is loading
+    or drawing.
     """
-
-
-for command in (advect, compare, fluid, geodesic, helmholtz, info, operators, repair, vecdiffuse):
-    program.add_command(command)
-
-
-def main() -> None:
-    """Run the program: the entry point of the console script."""
-    # With several BLAS threads, the order of sums and so the last digits depend on the number of cores.
-    os.environ.update(dict.fromkeys(BLAS_THREADS, "1"))
-    # Signals to end are treated as Ctrl-C, so that incomplete files are removed.
-    for name in ("SIGTERM", "SIGHUP"):
-        number = getattr(signal, name, None)
-        if number and signal.getsignal(number) is signal.SIG_DFL:
-            signal.signal(number, _interrupt)
-    for stream in (sys.stdout, sys.stderr):
-        if isinstance(stream, io.TextIOWrapper):  # a terminal without Greek letters prints \u03c0 for π
-            stream.reconfigure(errors="backslashreplace")
     try:
-        program.main(prog_name="geomhw")
-    except OSError as error:  # of standard output; errors of files are FormatErrors
-        name = error.filename or "standard output"
-        click.echo(f"Error: cannot write {name}: {error.strerror or error}", err=True)
-        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # flushing the rest at exit would fail again, with a traceback
-        sys.exit(failure_code(sys.argv[1:]))
+        interrupts.install()
+        _open_standard_streams()
+        from geomhw_cli.program import run
+
+        code = run()
+    except KeyboardInterrupt as stop:
+        print(f"Error: interrupted{f'; {stop}' if str(stop) else ''}", file=sys.stderr)
+        code = interrupts.exit_code()
+    if interrupts.arrived:  # also a signal that a library swallowed
+        code = interrupts.exit_code()
+        for stream in (sys.stdout, sys.stderr):
+            stream.flush()
+        os._exit(code)
+    sys.exit(code)
 
 
-def _interrupt(number: int, frame: object) -> NoReturn:
-    raise KeyboardInterrupt
+def _open_standard_streams() -> None:
+    """Open the null device in place of closed standard streams, whose numbers data files would take."""
+    for number, name, mode in ((0, "stdin", "r"), (1, "stdout", "w"), (2, "stderr", "w")):
+        try:
+            os.fstat(number)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)  # takes the lowest free number
+            setattr(sys, name, os.fdopen(number, mode))
+
+
+def __getattr__(name: str) -> Any:
+    """Names of `geomhw_cli.program`, loaded at first use."""
+    from geomhw_cli import program
+
+    return getattr(program, name)

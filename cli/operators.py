@@ -4,7 +4,8 @@ from pathlib import Path
 
 import click
 
-from geomhw_cli.options import FILE, QUIET, OptionGroup, command, flag, option
+from geomhw_cli.options import OUTPUT, QUIET, OptionGroup, command, flag, option
+from geomhw_cli.specs.files import require_writable
 
 #: Operators by option: the function in `geomhw.operators` and a description.
 OPERATORS = {
@@ -22,7 +23,7 @@ OPERATORS = {
 
 @command(
     OptionGroup("Operators", *(flag(f"--{name}", description) for name, (_, description) in OPERATORS.items())),
-    OptionGroup("Output", option("-o --output", "FILE", FILE, "Matrix: .npz (scipy) or .mtx.", required=True), QUIET),
+    OptionGroup("Output", option("-o --output", "FILE", OUTPUT, "Matrix: .npz (scipy) or .mtx.", required=True), QUIET),
 )
 def operators(mesh_path: Path, output: Path, quiet: bool, **flags: bool) -> None:
     """Write a sparse operator on MESH as a matrix.
@@ -34,13 +35,13 @@ def operators(mesh_path: Path, output: Path, quiet: bool, **flags: bool) -> None
       geomhw operators data/torus.off --connection -o C.npz
     """
     from geomhw import operators as library
-    from geomhw.io import WRITABLE_MATRICES, check_outputs, read_mesh, write_matrix
+    from geomhw.io import WRITABLE_MATRICES, read_mesh, write_matrix
 
     chosen = [name for name in OPERATORS if flags[name.replace("-", "_")]]
     if len(chosen) != 1:
         what = "Choose one operator per file" if chosen else "Choose an operator"
         raise click.UsageError(f"{what}: {', '.join('--' + name for name in chosen or OPERATORS)}.")
-    check_outputs([output], [mesh_path], extensions=WRITABLE_MATRICES)
+    require_writable([output], WRITABLE_MATRICES)
     matrix = getattr(library, OPERATORS[chosen[0]][0])(read_mesh(mesh_path))
     write_matrix(output, matrix)
     if not quiet:

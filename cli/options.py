@@ -1,19 +1,54 @@
 """Arguments and options that several commands share, and the commands that list their options by group."""
 
 from collections.abc import Callable, Mapping, Sequence
-from pathlib import Path
 from typing import Any, get_args
 
 import click
 from click.core import ParameterSource
 
 from geomhw.options import DEFAULT_DT, DEFAULT_EVERY, DEFAULT_STEPS, PANEL_WIDTH, SolverName
-from geomhw_cli.specs.fields import COLOR_HELP
+from geomhw_cli.runtime.memory import COMPUTING, require_memory
+from geomhw_cli.specs.fields import COLOR_HELP, color_files, field_files
+from geomhw_cli.specs.files import InputFile, OutputFile, Spec
+from geomhw_cli.specs.numbers import COUNT, POSITIVE, Number
 from geomhw_cli.specs.sources import SOURCE_HELP, SourceSpecs
 
-FILE = click.Path(path_type=Path)
-MESH = click.Argument(["mesh_path"], metavar="MESH", type=FILE)
+INPUT, OUTPUT = InputFile(), OutputFile()
+MESH = click.Argument(["mesh_path"], metavar="MESH", type=INPUT)
 TIME_HELP = "auto, sqrt-h, h2, a multiple such as 0.5*h2, or a number (length squared)"
+#: Words that users of other programs try for an option.
+SYNONYMS = {
+    "--stiffness": "laplacian laplace cotan cot",
+    "--connection": "transport levi civita",
+    "--gradient": "grad",
+    "--divergence": "div",
+    "--vertices-to-faces": "average vtof",
+    "--faces-to-vertices": "average ftov",
+    "--source": "seed start from vertex point points vertices",
+    "--sources": "batch",
+    "--all-pairs": "matrix all apsp pairwise",
+    "--time": "t dt step timestep tau m",
+    "--dt": "time timestep step delta tau",
+    "--steps": "iterations iter frames n nsteps",
+    "--until": "end duration tmax",
+    "--every": "stride interval skip save",
+    "--robust": "intrinsic delaunay mollify tufted",
+    "--refine": "exact accurate",
+    "--field": "velocity vector vectors direction",
+    "--init": "initial velocity field start",
+    "--color": "scalar dye",
+    "--viscosity": "nu diffusion",
+    "--restart": "resume continue checkpoint",
+    "--tracers": "particles streamlines",
+    "--output": "out outfile save",
+    "--png": "picture image plot screenshot figure",
+    "--gif": "film movie animation video",
+    "--mp4": "film movie animation video",
+    "--csv": "table",
+    "--rtol": "tolerance tol relative eps",
+    "--atol": "tolerance tol absolute eps",
+    "--quiet": "silent",
+}
 #: Tracers, at most.
 MAX_TRACERS = 10_000_000
 
@@ -35,6 +70,19 @@ class Command(click.Command):
         super().__init__(no_args_is_help=True, context_settings={"show_default": True}, **settings)
         self.groups = groups
 
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Parse the arguments; the message about an unknown option suggests one of the same meaning."""
+        try:
+            return super().parse_args(ctx, args)
+        except click.NoSuchOption as error:
+            words = {word for word in error.option_name.strip("-").split("-") if word}
+            names = [name for option in self.params for name in option.opts if isinstance(option, click.Option)]
+            meant = [name for name in names if words & set(SYNONYMS.get(name, "").split())]
+            if not meant:
+                raise
+            close = " or ".join(f"'{name}'" for name in dict.fromkeys([*meant, *(error.possibilities or ())]))
+            raise click.UsageError(f"No such option '{error.option_name}'. Did you mean {close}?", ctx) from None
+
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the options group by group; ``--help`` is in the last."""
         titles = {option: group.title for group in self.groups for option in group.options}
@@ -53,6 +101,7 @@ class Command(click.Command):
                 names = [option.name for option in group.options]
                 values = {name: ctx.params.pop(name) for name in list(ctx.params) if name in names}
                 ctx.params.setdefault(group.name, {}).update(values)
+        require_memory(COMPUTING, "computing")
         return super().invoke(ctx)
 
 
@@ -93,7 +142,7 @@ def command(
 
 def is_given(parameter: str) -> bool:
     """Whether the command line sets this parameter of the current command."""
-    return click.get_current_context().get_parameter_source(parameter) is not ParameterSource.DEFAULT
+    return click.get_current_context().get_parameter_source(parameter) is ParameterSource.COMMANDLINE
 
 
 SOURCE = option(
@@ -115,33 +164,34 @@ SOLVER = choice(
     "direct: factorization. multigrid: iteration, faster on large meshes. auto: by the number of vertices, with "
     "factorization if the iteration does not converge.",
 )
-COLOR = option("--color color_spec", "SPEC", str, f"Initial color: {COLOR_HELP}.", default="hue")
-DT = option("--dt", "T", float, "Time step.", default=DEFAULT_DT)
-STEPS = option("--steps", "N", int, "Number of the last step.", default=DEFAULT_STEPS)
-EVERY = option("--every", "K", int, "Steps from frame to frame.", default=DEFAULT_EVERY)
+COLOR = option("--color color_spec", "SPEC", Spec(color_files), f"Initial color: {COLOR_HELP}.", default="hue")
+DT = option("--dt", "T", POSITIVE, "Time step.", default=DEFAULT_DT)
+STEPS = option("--steps", "N", COUNT, "Number of the last step.", default=DEFAULT_STEPS)
+EVERY = option("--every", "K", COUNT, "Steps from frame to frame.", default=DEFAULT_EVERY)
 TRACERS = option(
     "--tracers",
     "N",
-    click.IntRange(1, MAX_TRACERS),
+    Number(1, MAX_TRACERS, whole=True),
     "Number of particles carried by the flow. They are points of <OUT>.tracers.*.vtp, part 1 of the series, and "
     "streaks in films.",
 )
 WIDTH = option(
-    "--width", "PX", click.IntRange(120, 4000), "Width of each panel of a picture, in pixels.", default=PANEL_WIDTH
+    "--width", "PX", Number(120, 4000, whole=True), "Width of each panel of a picture, in pixels.", default=PANEL_WIDTH
 )
 QUIET = flag("-q --quiet", "Print nothing but errors.")
-REPORT = OptionGroup("Report", flag("--json as_json", "Print the report as JSON."), QUIET, name="report")
+VERBOSE = flag("-v --verbose", "Print on stderr what is done, with times.")
+REPORT = OptionGroup("Report", flag("--json as_json", "Print the report as JSON."), QUIET, VERBOSE, name="report")
 #: Files of a command that computes one field, as `Job.plan` takes them.
 FIELD_FILES = OptionGroup(
     "Output",
     option(
         "-o --output outputs",
         "FILE",
-        FILE,
+        OUTPUT,
         "Mesh with the computed arrays: .vtk, .vtp, .vtu or .ply. May be repeated.",
         multiple=True,
     ),
-    option("--png", "FILE", FILE, "Picture."),
+    option("--png", "FILE", OUTPUT, "Picture."),
     flag("--no-png", "Draw no picture."),
     WIDTH,
     name="files",
@@ -152,13 +202,13 @@ SERIES_FILES = OptionGroup(
     option(
         "-o --output",
         "OUT.pvd",
-        FILE,
+        OUTPUT,
         "Time series, with its .vtp frames and a .vtp.series index beside it.  [default: <stem>.<command>.pvd]",
     ),
-    option("--csv", "FILE", FILE, "Table with one line per frame."),
-    option("--gif", "FILE", FILE, "Film of the frames as GIF."),
-    option("--mp4", "FILE", FILE, "Film of the frames as MP4. Needs imageio-ffmpeg."),
-    option("--png", "FILE", FILE, "Contact sheet of at most twelve frames."),
+    option("--csv", "FILE", OUTPUT, "Table with one line per frame."),
+    option("--gif", "FILE", OUTPUT, "Film of the frames as GIF."),
+    option("--mp4", "FILE", OUTPUT, "Film of the frames as MP4. Needs imageio-ffmpeg."),
+    option("--png", "FILE", OUTPUT, "Contact sheet of at most twelve frames."),
     WIDTH,
     name="files",
 )
@@ -166,4 +216,4 @@ SERIES_FILES = OptionGroup(
 
 def vector_field(name: str, help: str) -> click.Option:
     """The option for the field that carries the color, at all times or at the start."""
-    return option(name, "SPEC", str, help, default="rotation:x")
+    return option(name, "SPEC", Spec(field_files), help, default="rotation:x")

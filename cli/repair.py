@@ -6,8 +6,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from geomhw_cli.options import FILE, REPORT, OptionGroup, command, option
+from geomhw_cli.options import OUTPUT, REPORT, OptionGroup, command, option
 from geomhw_cli.runtime.job import mesh_line, print_json
+from geomhw_cli.specs.files import require_writable
+from geomhw_cli.specs.numbers import LARGEST, SMALLEST, Number
 
 if TYPE_CHECKING:
     from geomhw.mesh.repair import Repair
@@ -29,7 +31,7 @@ STEPS = {
         option(
             "--tolerance",
             "LENGTH",
-            click.FloatRange(min=0),
+            Number(SMALLEST, LARGEST, or_zero=True),
             "Distance up to which vertices are joined; 0 joins equal positions only.  [default: 1e-5 of the extent, at "
             "most a tenth of the median edge]",
         ),
@@ -39,7 +41,7 @@ STEPS = {
         option(
             "-o --output outputs",
             "FILE",
-            FILE,
+            OUTPUT,
             "Repaired mesh with the arrays of MESH: .vtk, .vtp, .vtu or .ply. May be repeated.",
             multiple=True,
             required=True,
@@ -58,14 +60,12 @@ def repair(mesh_path: Path, tolerance: float | None, outputs: tuple[Path, ...], 
     Example:
       geomhw repair data/creature.obj -o creature.ply
     """
-    from geomhw.io import check_outputs, read, write
+    from geomhw.io import WRITABLE, read, write
     from geomhw.mesh import mesh_summary
     from geomhw.mesh.repair import repair as repaired
     from geomhw.results import Field, Result
 
-    if tolerance is not None and not tolerance < float("inf"):
-        raise click.BadParameter("must be a finite number", param_hint="--tolerance")
-    check_outputs(outputs, [mesh_path])
+    require_writable(outputs, WRITABLE)
     content = read(mesh_path)
     done = repaired(content.mesh, tolerance)
     rows = {"vertex": done.vertices, "face": done.faces}

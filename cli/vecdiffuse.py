@@ -9,12 +9,17 @@ from geomhw.options import Connection
 from geomhw_cli import options
 from geomhw_cli.options import OptionGroup, choice, command, option
 from geomhw_cli.runtime.job import Job, robust_line
+from geomhw_cli.specs.numbers import LARGEST, Number
 from geomhw_cli.specs.sources import SourceSpecs, shortened, source_line
 
 if TYPE_CHECKING:
     from geomhw.arrays import Floats
     from geomhw.mesh.surface_points import SurfacePoints
     from geomhw.mesh.triangle_mesh import TriangleMesh
+
+#: Beyond this, the last digit of an angle is a ten thousandth of a degree.
+MAX_DEGREES = 1e12
+MAX_SEED = 10**18 - 1
 
 
 @command(
@@ -24,7 +29,7 @@ if TYPE_CHECKING:
         option(
             "--vector",
             "X Y Z",
-            float,
+            Number(-LARGEST, LARGEST),
             "Vector at the source; its tangential part is used. One for all sources, or one for each, in order.",
             nargs=3,
             multiple=True,
@@ -32,7 +37,7 @@ if TYPE_CHECKING:
         option(
             "--angle",
             "DEG",
-            float,
+            Number(-MAX_DEGREES, MAX_DEGREES),
             "Instead: unit vector at this angle, counterclockwise. It is measured from the first edge of the vertex's "
             "first face, or of the face that contains the source.",
             multiple=True,
@@ -40,7 +45,7 @@ if TYPE_CHECKING:
         option(
             "--seed",
             "K",
-            click.IntRange(min=0),
+            Number(0, MAX_SEED, whole=True),
             "Instead: unit vector at a random angle, from this seed.  [default: 0]",
             multiple=True,
         ),
@@ -97,10 +102,10 @@ def vecdiffuse(
         raise click.UsageError("--vector, --angle and --seed exclude each other.")
     if method["robust"] and method["connection"] == "intrinsic":
         raise click.UsageError("--robust and --connection intrinsic exclude each other; take --connection normals.")
-    job = Job.plan("vecdiffuse", mesh_path, sources.paths, **files, **report)
+    job = Job.plan("vecdiffuse", mesh_path, **files, **report)
     mesh = job.read()
     with job.stage("compute"):
-        points = sources.resolve(mesh)
+        points = sources.resolve(mesh, job.remarks)
         result = transport_over_times(mesh, points, _vectors(mesh, points, start), **method)
     job.write(result, transport_picture)
     answers = result.report
@@ -122,7 +127,6 @@ def _vectors(mesh: "TriangleMesh", sources: "SurfacePoints", start: dict[str, tu
     """One vector for each of k sources, (k, 3), by --vector, --angle or --seed; a single one serves all."""
     import numpy as np
 
-    from geomhw.errors import FieldError
     from geomhw.transport.source_vectors import seeded_angle, source_frames, unit_vectors
 
     name, values = next(((name, values) for name, values in start.items() if values), ("seed", (0,)))
@@ -133,6 +137,4 @@ def _vectors(mesh: "TriangleMesh", sources: "SurfacePoints", start: dict[str, tu
     if name == "vector":
         return np.array(values)
     degrees = [seeded_angle(seed) for seed in values] if name == "seed" else values
-    if not np.isfinite(degrees).all():
-        raise FieldError("an angle is not a finite number of degrees")
     return unit_vectors(source_frames(mesh, sources), degrees)

@@ -41,6 +41,9 @@ from . import (
     transport as transport,
 )
 from .errors import (
+    ArgumentError as ArgumentError,
+)
+from .errors import (
     ConvergenceError as ConvergenceError,
 )
 from .errors import (

@@ -9,7 +9,7 @@ _LONGEST = 2000
 
 
 class GeomhwError(Exception):
-    """Base class of the exceptions of this package; commands print the message and exit with code 1.
+    """Base class of the exceptions of this package; commands print the message and exit with code 1 or 2.
 
     A message may quote a file. It is shortened to 2,000 characters, and unprintable characters are escaped.
 
@@ -39,6 +39,13 @@ class FormatError(GeomhwError):
 
 class FieldError(GeomhwError):
     """An array on a mesh has a wrong size, location or value, or a source does not exist."""
+
+
+class ArgumentError(FieldError):
+    """An argument is impossible on any mesh or on this one, such as a negative time step or a missing vertex.
+
+    Commands exit with code 2.
+    """
 
 
 class ConvergenceError(GeomhwError):

@@ -30,3 +30,5 @@ HEAT_METHOD: tuple[GeodesicPanel, ...] = ("heat", "divergence", "distance")
 PANEL_WIDTH = 600
 #: Time step, number of the last step, and steps from frame to frame, as in the handout.
 DEFAULT_DT, DEFAULT_STEPS, DEFAULT_EVERY = 0.0005, 1980, 66
+#: Most steps of a run.
+MAX_STEPS = 10**9

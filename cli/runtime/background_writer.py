@@ -1,13 +1,10 @@
-"""A thread that writes files during the computation, and interrupts that wait for it."""
+"""A thread that writes files during the computation."""
 
-import signal
-import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
-from contextlib import contextmanager
 from types import TracebackType
 
-_INTERRUPTS = (signal.SIGINT, signal.SIGTERM)
+from geomhw_cli.runtime import interrupts
 
 
 class BackgroundWriter:
@@ -35,7 +32,7 @@ class BackgroundWriter:
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: object, trace: TracebackType | None) -> None:
-        with delayed_interrupts():
+        with interrupts.delayed():
             self._thread.shutdown()
         if kind is None:
             self._wait()
@@ -43,20 +40,3 @@ class BackgroundWriter:
     def _wait(self) -> None:
         if self._latest:
             self._latest.result()
-
-
-@contextmanager
-def delayed_interrupts() -> Iterator[None]:
-    """Delay Ctrl-C and termination signals to the end of the block."""
-    if threading.current_thread() is not threading.main_thread():  # Python allows handlers in the main thread only
-        yield
-        return
-    arrived: list[int] = []
-    former = {number: signal.signal(number, lambda number, _: arrived.append(number)) for number in _INTERRUPTS}
-    try:
-        yield
-    finally:
-        for number, handler in former.items():
-            signal.signal(number, handler)
-    if arrived:
-        signal.raise_signal(arrived[0])

@@ -8,6 +8,7 @@ import click
 from geomhw_cli.runtime.job import Job, robust_line, time_line
 from geomhw_cli.runtime.progress import progress
 from geomhw_cli.specs.distance_methods import DistanceMethod
+from geomhw_cli.specs.files import require_writable
 from geomhw_cli.specs.masks import MaskSpec, MeshPart
 from geomhw_cli.specs.queries import DistanceQueries, ResolvedQueries
 
@@ -26,10 +27,11 @@ def compute_distances(
     """
     from geomhw.geodesic.heat_method import block_size
 
-    _check_files(job, queries, mask)
+    _check_files(job, queries)
     whole = job.read()
     part = MeshPart.of(whole, mask)
     mesh, resolved = part.mesh, queries.resolve(whole)
+    job.remarks += resolved.remarks
     if resolved.sets is not None:
         resolved.sets = [part.points(points) for points in resolved.sets]
     with job.stage("set up"):
@@ -56,11 +58,11 @@ def compute_distances(
                     _write_pairs(job, queries, resolved, partial, dtype)
                 else:
                     partial.finish()
-        except KeyboardInterrupt:
-            if not partial.done:
-                raise
-            done = f"{partial.done} of {resolved.count} sources are kept in {partial.path.name}"
-            raise click.ClickException(f"interrupted; {done}, and the same command goes on from there") from None
+        except KeyboardInterrupt as stop:
+            if partial.done:
+                done = f"{partial.done} of {resolved.count} sources are kept in {partial.path.name}"
+                stop.args = (f"{done}, and the same command goes on from there",)
+            raise
     job.written.append(str(job.outputs[0]))
     report = {
         "question": queries.option.removeprefix("--"),
@@ -89,9 +91,9 @@ def compute_distances(
 def compute_matrix(job: Job, limit: float, mask: MaskSpec | None) -> None:
     """Write the sparse matrix of exact distances between all vertices within a limit to the output of the job."""
     from geomhw.geodesic.exact import ExactDistance
-    from geomhw.io import check_outputs, write_matrix
+    from geomhw.io import write_matrix
 
-    check_outputs(job.outputs, [job.mesh_path, *([mask.path] if mask else [])], extensions=[".npz"])
+    require_writable(job.outputs, [".npz"])
     mesh = job.read()
     with job.stage("set up"):
         solver = ExactDistance(MeshPart.of(mesh, mask).mesh)
@@ -106,17 +108,14 @@ def compute_matrix(job: Job, limit: float, mask: MaskSpec | None) -> None:
     job.finish(mesh, {**report, **solver.settings(), "limit": limit}, lines)
 
 
-def _check_files(job: Job, queries: DistanceQueries, mask: MaskSpec | None) -> None:
+def _check_files(job: Job, queries: DistanceQueries) -> None:
     """Raise an error unless there is one output, and it and the files of a partial run can be written."""
-    from geomhw.io import check_outputs
-
     if len(job.outputs) != 1:
         raise click.UsageError(f"{queries.option} writes one file; give -o D.npy.")
     (output,) = job.outputs
-    inputs = [job.mesh_path, *queries.paths, *([mask.path] if mask else [])]
-    check_outputs([output], inputs, extensions=[".npy", ".csv"] if queries.is_pairs else [".npy"])
+    require_writable([output], [".npy", ".csv"] if queries.is_pairs else [".npy"])
     partial = [output.with_name(f"{output.stem}.partial{suffix}") for suffix in (".npy", ".json")]
-    check_outputs(partial, inputs, extensions=[".npy", ".json"])
+    require_writable(partial, [".npy", ".json"])
 
 
 def _open_partial(job: Job, run: dict[str, Any], shape: tuple[int, ...], dtype: str) -> "ResumableFile":

@@ -1,12 +1,17 @@
 """Output of a time-dependent command: frames of a series, a table, films and a contact sheet."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import click
+
 from geomhw_cli.runtime.background_writer import BackgroundWriter
 from geomhw_cli.runtime.job import Job
+from geomhw_cli.runtime.memory import DRAWING, require_memory
+from geomhw_cli.specs.files import inputs, require_writable
 
 if TYPE_CHECKING:
     from geomhw.io import SeriesWriter
@@ -14,6 +19,8 @@ if TYPE_CHECKING:
 
 #: Pictures on a contact sheet, at most.
 MAX_ON_SHEET = 12
+#: Removed files that the report lists, at most.
+MAX_REMOVED = 8
 #: Kinds of files that show pictures of the frames.
 PICTURES = {"gif", "mp4", "png"}
 
@@ -23,7 +30,7 @@ class FrameWriter:
     """Writes frames during the computation and, at the end, films of them.
 
     extras: paths of the table and the films, by kind. rows: of the table, one per frame. background: the thread that
-    writes frames.
+    writes frames. can_restart: whether this run has written a checkpoint.
     """
 
     job: Job
@@ -31,40 +38,45 @@ class FrameWriter:
     extras: dict[str, Path]
     rows: list[dict[str, float]] = field(default_factory=list)
     background: BackgroundWriter = field(default_factory=BackgroundWriter)
+    can_restart: bool = False
 
     @classmethod
     def plan(
         cls,
         command: str,
         mesh_path: Path,
-        inputs: Sequence[Path],
         report: Mapping[str, Any],
         *,
         output: Path | None,
         width: int,
+        restart: Path | None = None,
         **extras: Path | None,
     ) -> "FrameWriter":
         """Check, before any computation, that all files can be written.
 
-        output: of the series, by default ``<stem>.<command>.pvd``.
+        output: of the series, by default ``<stem>.<command>.pvd``. restart: the checkpoint that the run goes on from,
+        which may be that of the series.
         """
         from geomhw.errors import FormatError
-        from geomhw.io import SeriesWriter, check_outputs, require_mp4
+        from geomhw.io import SeriesWriter, require_mp4
+        from geomhw.io.locks import locked
         from geomhw.render.offscreen import prepare
 
         output = output or Path(f"{mesh_path.stem}.{command}.pvd")
-        inputs = [mesh_path, *inputs]
-        check_outputs([output], inputs, extensions=[".pvd"])
+        require_writable([output], [".pvd"])
         wanted = {kind: path for kind, path in extras.items() if path}
         for kind, path in wanted.items():
-            check_outputs([path], inputs, extensions=[f".{kind}"])
-        check_outputs([output, *wanted.values()], inputs, extensions=[".pvd", *(f".{kind}" for kind in wanted)])
+            require_writable([path], [f".{kind}"])
+        require_writable([output, *wanted.values()], [".pvd", *(f".{kind}" for kind in wanted)])
         series = SeriesWriter(output)
-        if lost := next((path for path in inputs if series.writes(path)), None):
-            raise FormatError(f"cannot write {output}: one of its files would be the input {lost}, which would be lost")
+        kept = [path for path in inputs() if path != restart or not _is_same(path, series.state)]
+        if lost := next(filter(series.writes, kept), None):
+            raise FormatError(f"cannot write {output}: one of its files is the input {lost}, which would be lost")
+        click.get_current_context().with_resource(locked([output, *wanted.values()]))
         if "mp4" in wanted:
             require_mp4()
         if wanted.keys() & PICTURES:
+            require_memory(DRAWING, "drawing")
             prepare()
         return cls(Job(command, mesh_path, width=width, **report), series, wanted)
 
@@ -72,6 +84,25 @@ class FrameWriter:
     def checkpoint(self) -> Path:
         """The file with the state to restart from."""
         return self.series.state
+
+    @contextmanager
+    def running(self) -> Iterator[None]:
+        """Write in the background within the block, then remove the other files of an earlier run of the same name.
+
+        An interrupt says how far the series is valid.
+        """
+        try:
+            with self.background:
+                yield
+        except KeyboardInterrupt as stop:
+            if self.rows:
+                valid = f"{self.series.path} is valid up to step {self.rows[-1]['step']}"
+                stop.args = (f"{valid}, go on with --restart {self.checkpoint}" if self.can_restart else valid,)
+            raise
+        finally:
+            if self.rows and (removed := self.series.remove_former()):
+                shown = ", ".join(removed[:MAX_REMOVED]) + (", ..." if len(removed) > MAX_REMOVED else "")
+                self.job.remarks.append(f"note: {len(removed)} files of an earlier run are removed: {shown}")
 
     def add(
         self,
@@ -89,6 +120,7 @@ class FrameWriter:
             self._write_table()
             if then:
                 then()
+                self.can_restart = True
 
         self.background(task)
 
@@ -100,12 +132,8 @@ class FrameWriter:
 
     def finish(self) -> None:
         """Draw films and contact sheet of all frames of the series, read back from their files."""
-        from geomhw.io import read, read_cloud, write_gif, write_mp4, write_png
-        from geomhw.render.flow_pictures import contact_sheet, flow_film
-
-        frames, folder = self.series.frames, self.series.path.parent
         written = [self.series.path, self.series.index]
-        if any(frame.tracers for frame in frames):
+        if any(frame.tracers for frame in self.series.frames):
             written.append(self.series.tracer_index)
         if self.checkpoint.exists():
             written.append(self.checkpoint)
@@ -113,8 +141,18 @@ class FrameWriter:
         if csv := self.extras.get("csv"):
             written.append(csv)
         self.job.written += map(str, written)
-        if not self.extras.keys() & PICTURES:
-            return
+        pictures = [str(path) for kind, path in self.extras.items() if kind in PICTURES]
+        if pictures:
+            with self.job.telling_written(pictures):
+                self._draw()
+            self.job.written += pictures
+
+    def _draw(self) -> None:
+        """Draw the films and the contact sheet."""
+        from geomhw.io import read, read_cloud, write_gif, write_mp4, write_png
+        from geomhw.render.flow_pictures import contact_sheet, flow_film
+
+        frames, folder = self.series.frames, self.series.path.parent
         results = [read(folder / frame.file) for frame in frames]
         clouds = [read_cloud(folder / frame.tracers) for frame in frames if frame.tracers]
         with self.job.stage("render"):
@@ -127,4 +165,7 @@ class FrameWriter:
                 count = min(MAX_ON_SHEET, len(images))
                 chosen = [round(k * (len(images) - 1) / max(count - 1, 1)) for k in range(count)]
                 write_png(png, contact_sheet([images[k] for k in chosen]))
-        self.job.written += [str(path) for kind, path in self.extras.items() if kind in PICTURES]
+
+
+def _is_same(one: Path, other: Path) -> bool:
+    return other.exists() and one.exists() and one.samefile(other)

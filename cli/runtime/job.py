@@ -2,8 +2,8 @@
 
 import json
 import logging
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import AbstractContextManager
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,6 +13,8 @@ import click
 from geomhw.errors import RenderError
 from geomhw.options import PANEL_WIDTH
 from geomhw.stages import Stages
+from geomhw_cli.runtime.memory import DRAWING, require_memory
+from geomhw_cli.specs.files import require_writable
 
 if TYPE_CHECKING:
     from geomhw.mesh.triangle_mesh import TriangleMesh
@@ -23,7 +25,7 @@ if TYPE_CHECKING:
 class Job:
     """A run of a command on one mesh.
 
-    outputs, png: files to write. notes: remarks of the reader. written: files so far.
+    outputs, png: files to write. notes: remarks of the reader. remarks: lines for the report. written: files so far.
     """
 
     command: str
@@ -33,7 +35,9 @@ class Job:
     width: int = PANEL_WIDTH
     as_json: bool = False
     quiet: bool = False
+    verbose: bool = False
     notes: dict[str, Any] = field(default_factory=dict)
+    remarks: list[str] = field(default_factory=list)
     written: list[str] = field(default_factory=list)
     stages: Stages = field(default_factory=Stages)
 
@@ -46,7 +50,6 @@ class Job:
         cls,
         command: str,
         mesh_path: Path,
-        inputs: Sequence[Path],
         *,
         outputs: Sequence[Path],
         png: Path | None,
@@ -58,7 +61,7 @@ class Job:
 
         Without outputs, they are ``<stem>.<command>.vtk`` and ``.png`` in the current directory.
         """
-        from geomhw.io import WRITABLE, check_outputs
+        from geomhw.io import WRITABLE
 
         if png and no_png:
             raise click.UsageError("--png and --no-png exclude each other.")
@@ -66,22 +69,35 @@ class Job:
         if not outputs:
             outputs = [Path(f"{name}.vtk")]
             png = png or (None if no_png else Path(f"{name}.png"))
-        check_outputs(outputs, [mesh_path, *inputs])
+        require_writable(outputs, WRITABLE)
         if png:
-            check_outputs([png], [mesh_path, *inputs], extensions=[".png"])
-            check_outputs([*outputs, png], extensions=[*WRITABLE, ".png"])
+            require_memory(DRAWING, "drawing")
+            require_writable([png], [".png"])
+            require_writable([*outputs, png], [*WRITABLE, ".png"])
         return cls(command, mesh_path, outputs, png, width, **report)
 
-    def stage(self, name: str) -> AbstractContextManager[None]:
-        """Measure the time of a block, under this name in the report."""
-        return self.stages(name)
+    @contextmanager
+    def stage(self, name: str) -> Iterator[None]:
+        """Measure the time of a block, under this name in the report; with ``verbose``, log it."""
+        before = self.stages.seconds.get(name, 0.0)
+        self.log(f"{name} ...")
+        with self.stages(name):
+            yield
+        self.log(f"{name}: {self.stages.seconds[name] - before:.3f} s")
+
+    def log(self, text: str) -> None:
+        """Print a line on stderr, with ``verbose``."""
+        if self.verbose:
+            click.echo(f"{self.command}: {text}", err=True)
 
     def read(self) -> "TriangleMesh":
         """Read the mesh; remarks of the reader go to the report."""
         from geomhw.io import read
 
+        self.log(f"reading {self.mesh_path}")
         with self.stage("read"):
             content = read(self.mesh_path)
+        self.log(f"{content.mesh.n_vertices} vertices, {content.mesh.n_faces} faces")
         self.notes = content.report
         return content.mesh
 
@@ -107,18 +123,27 @@ class Job:
         self.written += map(str, self.outputs)
         if self.png:
             try:
-                with self.stage("render"):
+                with self.stage("render"), self.telling_written([str(self.png)]):
                     write_png(self.png, picture(result, width=self.width))
             except RenderError as error:
                 done = ", ".join(self.written)
                 raise RenderError(f"{error} ({done} is written; --no-png leaves the picture out)") from error
             self.written.append(str(self.png))
 
+    @contextmanager
+    def telling_written(self, pictures: Sequence[str]) -> Iterator[None]:
+        """Draw pictures within the block; an interrupt says that other files are written and these are not."""
+        try:
+            yield
+        except KeyboardInterrupt as stop:
+            stop.args = (f"{', '.join(self.written)} is written, {', '.join(pictures)} is not",)
+            raise
+
     def finish(self, mesh: "TriangleMesh", answers: Mapping[str, Any], lines: Sequence[str]) -> None:
         """Print the report: mesh, answers, files and times as JSON, or the mesh, these lines and the files."""
         from geomhw.mesh import mesh_summary
 
-        lines = [*lines, *self._remarks(mesh)]
+        lines = [*lines, *self.remarks, *self._remarks(mesh)]
         report = {
             "command": self.command,
             "input": {"path": str(self.mesh_path), **self.notes},
@@ -128,9 +153,11 @@ class Job:
             "files": self.written,
             "seconds": self.stages.seconds,
         }
+        if self.quiet:
+            return
         if self.as_json:
             print_json(report)
-        elif not self.quiet:
+        else:
             for line in [f"mesh: {mesh_line(report['mesh'])}", *lines, *(f"wrote: {path}" for path in self.written)]:
                 label, text = line.split(": ", 1)
                 click.echo(f"{label:<10}{text}")

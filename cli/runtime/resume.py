@@ -10,6 +10,8 @@ if TYPE_CHECKING:
     from geomhw.mesh.triangle_mesh import TriangleMesh
 
 _VALUES = {"run": dict, "mesh": str, "step": int, "time": float, "columns": list}
+#: Options that a run may change when it goes on.
+END = ("steps", "until")
 _ARRAYS = {"color", "rows", "frame_times"}
 
 
@@ -21,6 +23,7 @@ def save_state(writer: FrameWriter, mesh: "TriangleMesh", state: "FlowState", ch
 
     description = {
         "run": _identity(choices),
+        "end": {name: choices[name] for name in END},
         "mesh": mesh.digest,
         "step": state.step,
         "time": state.time,
@@ -52,6 +55,8 @@ def load_state(writer: FrameWriter, mesh: "TriangleMesh", path: Path, choices: d
             raise FormatError(f"{path.name} is of a run with {name} = {value}, not {ours.get(name)}; start anew")
     if description["mesh"] != mesh.digest:
         raise FormatError(f"{path.name} is of a run on another mesh; start anew")
+    if not _is_sound(description, arrays, mesh.n_vertices):
+        raise FormatError(f"{path.name} holds a state that no run can have; start anew")
     variables = {name.removeprefix("memory_"): values for name, values in arrays.items() if name.startswith("memory_")}
     state = FlowState(description["step"], description["time"], arrays["color"], variables)
     if state.step == 0:
@@ -67,6 +72,22 @@ def load_state(writer: FrameWriter, mesh: "TriangleMesh", path: Path, choices: d
     return state
 
 
+def _is_sound(description: dict[str, Any], arrays: dict[str, Any], n: int) -> bool:
+    """Whether numbers are finite and not negative where they count, and arrays have the shapes that belong together."""
+    import numpy as np
+
+    color, rows, times = (arrays[name] for name in ("color", "rows", "frame_times"))
+    return (
+        not isinstance(description["step"], bool)
+        and description["step"] >= 0 <= description["time"] < np.inf
+        and all(values.dtype.kind in "fiu" for values in arrays.values())
+        and all(np.isfinite(values).all() for values in (color, times))
+        and color.shape[:1] == (n,)
+        and rows.shape == (len(times), len(description["columns"]))
+        and "step" in description["columns"]
+    )
+
+
 def _identity(choices: dict[str, Any]) -> dict[str, Any]:
     """The options that a run must share with the run that it continues."""
-    return {name: value for name, value in choices.items() if name not in ("steps", "until")}
+    return {name: value for name, value in choices.items() if name not in END}

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from geomhw_cli.specs.numbers import LARGEST, excerpt, whole_number
 from geomhw_cli.specs.sources import SourceSpecs
 
 if TYPE_CHECKING:
@@ -25,15 +26,26 @@ _KINDS = ("hue", "rotation", "rigid", "random", "blob", "rossby-haurwitz", "vort
 _AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 
-def files_of(*specs: str) -> list[Path]:
-    """The files of those specs that are of the form FILE:ARRAY."""
+def array_files(spec: str) -> list[Path]:
+    """The file of FILE:ARRAY."""
     from geomhw.io import field_file
 
-    return [field_file(spec) for spec in specs if _is_file(spec)]
+    return [field_file(spec)]
 
 
-def field(spec: str, mesh: "TriangleMesh") -> "Floats":
-    """A vector field per face, (m, 3)."""
+def field_files(spec: str) -> list[Path]:
+    """The files that a vector field or flow is read from."""
+    return array_files(spec) if _is_file(spec) else []
+
+
+def color_files(spec: str) -> list[Path]:
+    """The files that a color is read from; that of ``blob:@FILE``, too."""
+    kind, _, source = spec.partition(":")
+    return [Path(source.strip()[1:])] if kind == "blob" and source.strip().startswith("@") else field_files(spec)
+
+
+def field(spec: str, mesh: "TriangleMesh", known: str = FIELD_HELP) -> "Floats":
+    """A vector field per face, (m, 3). known: what the message about another spec lists."""
     from geomhw.flow.initial_fields import rigid_field, rotation_field
     from geomhw.flow.tangent_fields import face_vectors
     from geomhw.io import read_field
@@ -45,7 +57,7 @@ def field(spec: str, mesh: "TriangleMesh") -> "Floats":
         return rigid_field(mesh, axis(rest))
     if _is_file(spec):
         return face_vectors(mesh, read_field(spec, mesh))
-    raise click.UsageError(f"'{spec}' is no field; give {FIELD_HELP}.")
+    raise click.UsageError(f"'{excerpt(spec)}' is no field; give {known}.")
 
 
 def flow(spec: str, mesh: "TriangleMesh", model: "VorticityModel | None" = None) -> "Floats":
@@ -67,14 +79,14 @@ def flow(spec: str, mesh: "TriangleMesh", model: "VorticityModel | None" = None)
         return initial.harmonic(model or VorticityModel(mesh), _integer(rest, spec))
     if kind == "vortices":
         return initial.vortices(model or VorticityModel(mesh), _circulations(rest, spec))
-    return field(spec, mesh)
+    return field(spec, mesh, f"{FIELD_HELP}; or {FLOW_HELP}")
 
 
-def color(spec: str, mesh: "TriangleMesh") -> "Floats":
-    """A color per vertex: one number, (n,), or RGB, (n, 3)."""
+def color(spec: str, mesh: "TriangleMesh", remarks: list[str] | None = None) -> "Floats":
+    """A color per vertex: one number, (n,), or RGB, (n, 3). remarks: as of `SourceSpecs.resolve`."""
     import numpy as np
 
-    from geomhw.errors import FieldError
+    from geomhw.errors import ArgumentError, FieldError
     from geomhw.flow.initial_fields import bump, hue_stripes
     from geomhw.io import read_field
 
@@ -86,9 +98,9 @@ def color(spec: str, mesh: "TriangleMesh") -> "Floats":
     if spec == "stripes":
         return np.cos(5 * mesh.vertices[:, 2])
     if kind == "blob":
-        points = SourceSpecs.parse([rest]).resolve(mesh)
+        points = SourceSpecs.parse([rest]).resolve(mesh, remarks)
         if len(points) != 1:
-            raise FieldError(f"'{spec}' names {len(points)} points; a blob has one")
+            raise ArgumentError(f"'{excerpt(spec)}' names {len(points)} points; a blob has one")
         return bump(mesh, points.positions(mesh)[0])
     if _is_file(spec):
         array = read_field(spec, mesh)
@@ -96,9 +108,9 @@ def color(spec: str, mesh: "TriangleMesh") -> "Floats":
         if values.ndim == 2 and array.values.dtype == np.uint8:
             values = values / 255  # RGB as bytes
         if array.location != "vertex" or values.ndim > 2 or (values.ndim == 2 and values.shape[1] not in (1, 3)):
-            raise FieldError(f"'{spec}' is no color: it needs one or three numbers per vertex")
+            raise FieldError(f"'{excerpt(spec)}' is no color: it needs one or three numbers per vertex")
         return values.squeeze()
-    raise click.UsageError(f"'{spec}' is no color; give {COLOR_HELP}.")
+    raise click.UsageError(f"'{excerpt(spec)}' is no color; give {COLOR_HELP}.")
 
 
 def axis(text: str) -> "Floats":
@@ -110,24 +122,30 @@ def axis(text: str) -> "Floats":
     except ValueError:
         values = np.empty(0)
     if values.shape != (3,) or not np.isfinite(values).all() or not values.any():
-        raise click.UsageError(f"'{text}' is no axis; give x, y, z, or a direction such as 1,0,2.")
+        raise click.UsageError(f"'{excerpt(text)}' is no axis; give x, y, z, or a direction such as 1,0,2.")
     return values
 
 
 def _integer(text: str, spec: str) -> int:
     """A number without a sign in a spec."""
-    if not text.isdecimal():
-        raise click.UsageError(f"'{spec}' needs a whole number after the colon.")
-    return int(text)
+    try:
+        return whole_number(text if text.isdecimal() else "")
+    except ValueError:
+        raise click.UsageError(f"'{excerpt(spec)}' needs a whole number after the colon.") from None
 
 
 def _circulations(text: str, spec: str) -> dict[int, float]:
     """The vertices and circulations of ``V1=+1,V2=-1``."""
     try:
         pairs = [pair.split("=") for pair in text.split(",")]
-        return {_integer(vertex, spec): float(value) for vertex, value in pairs}
+        circulations = {_integer(vertex, spec): float(value) for vertex, value in pairs}
+        if not all(abs(value) <= LARGEST for value in circulations.values()):
+            raise ValueError
+        return circulations
     except ValueError:
-        raise click.UsageError(f"'{spec}' names no vortices; give VERTEX=CIRCULATION,... such as 3=1,80=-1.") from None
+        raise click.UsageError(
+            f"'{excerpt(spec)}' names no vortices; give VERTEX=CIRCULATION,... such as 3=1,80=-1."
+        ) from None
 
 
 def _is_file(spec: str) -> bool:

@@ -67,9 +67,9 @@ class MeshPart:
         faces = mask.faces(mesh)
         return cls(mesh, TriangleMesh(mesh.vertices, mesh.faces[faces]), faces)
 
-    def sources(self, specs: SourceSpecs) -> "SurfacePoints":
-        """Find points of the whole mesh in the part; by default its vertex of largest y."""
-        return self.points(specs.resolve(self.whole)) if specs.specs else specs.resolve(self.mesh)
+    def sources(self, specs: SourceSpecs, remarks: list[str] | None = None) -> "SurfacePoints":
+        """Find points of the whole mesh in the part; by default its vertex of largest y. See `SourceSpecs.resolve`."""
+        return self.points(specs.resolve(self.whole, remarks)) if specs.specs else specs.resolve(self.mesh)
 
     def points(self, points: "SurfacePoints") -> "SurfacePoints":
         """Return points of the whole mesh as points of the part. Raises FieldError for a point outside of it."""

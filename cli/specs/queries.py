@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from geomhw.errors import FieldError
-from geomhw_cli.specs.sources import SourcePair, SourceSpecs, source_lines, source_pairs
+from geomhw_cli.specs.sources import SourcePair, SourceSpecs, shortened_remarks, source_lines, source_pairs
 
 if TYPE_CHECKING:
     from geomhw.arrays import Floats, Ints
@@ -22,7 +22,6 @@ class DistanceQueries:
     """Queries as written on the command line. option: ``--all-pairs``, ``--pairs`` or ``--sources``."""
 
     option: str
-    paths: Sequence[Path] = ()
     sets: Sequence[SourceSpecs] = ()
     pairs: Sequence[SourcePair] = ()
 
@@ -45,9 +44,9 @@ class DistanceQueries:
         if excluded := next((name for name, value in others.items() if value), None):
             raise click.UsageError(f"{excluded} and {option} exclude each other.")
         if pairs:
-            return cls(option, [pairs], pairs=source_pairs(pairs))
+            return cls(option, pairs=source_pairs(pairs))
         if source_file:
-            return cls(option, [source_file], sets=source_lines(source_file))
+            return cls(option, sets=source_lines(source_file))
         return cls(option)
 
     @property
@@ -65,11 +64,15 @@ class DistanceQueries:
 
     def resolve(self, mesh: "TriangleMesh") -> "ResolvedQueries":
         """Find the points on a mesh. Raises FieldError for a point that the mesh does not have."""
+        found: list[str] = []
         if self.is_pairs:
-            return _group_by_source(mesh, self.pairs)
-        if self.sets:
-            return ResolvedQueries(len(self.sets), [specs.resolve(mesh) for specs in self.sets])
-        return ResolvedQueries(mesh.n_vertices)
+            resolved = _group_by_source(mesh, self.pairs, found)
+        elif self.sets:
+            resolved = ResolvedQueries(len(self.sets), [specs.resolve(mesh, found) for specs in self.sets])
+        else:
+            resolved = ResolvedQueries(mesh.n_vertices)
+        resolved.remarks = shortened_remarks(found)
+        return resolved
 
 
 @dataclass
@@ -77,13 +80,14 @@ class ResolvedQueries:
     """``count`` sets of sources on a mesh, by default each vertex.
 
     targets: for each set, the vertices to which distances are wanted, by default all. lines: the lines of the file
-    that these stand in, for all sets in order.
+    that these stand in, for all sets in order. remarks: of `SourceSpecs.resolve`.
     """
 
     count: int
     sets: "Sequence[SurfacePoints] | None" = None
     targets: "Sequence[Ints] | None" = None
     lines: "Ints | None" = None
+    remarks: Sequence[str] = ()
 
     def shape(self, mesh: "TriangleMesh") -> tuple[int, ...]:
         """Shape of all distances: (sets, n), or (pairs,)."""
@@ -117,7 +121,7 @@ class ResolvedQueries:
         return np.concatenate([row[to] for row, to in zip(rows, self.targets[first:last], strict=True)])
 
 
-def _group_by_source(mesh: "TriangleMesh", pairs: Sequence[SourcePair]) -> ResolvedQueries:
+def _group_by_source(mesh: "TriangleMesh", pairs: Sequence[SourcePair], remarks: list[str]) -> ResolvedQueries:
     """Pairs grouped by source, so that each source is solved for once, in order of first appearance."""
     import numpy as np
 
@@ -126,18 +130,18 @@ def _group_by_source(mesh: "TriangleMesh", pairs: Sequence[SourcePair]) -> Resol
     for line, pair in enumerate(pairs):
         start, end = id(pair.start), id(pair.end)  # equal words give the same object
         if end not in ends:
-            ends[end] = _vertex(mesh, pair)
+            ends[end] = _vertex(mesh, pair, remarks)
         if start not in sources:
-            sources[start] = (pair.start.resolve(mesh), [], [])
+            sources[start] = (pair.start.resolve(mesh, remarks), [], [])
         sources[start][1].append(ends[end])
         sources[start][2].append(line)
     points, targets, lines = zip(*sources.values(), strict=True)
     return ResolvedQueries(len(points), points, [np.array(group) for group in targets], np.concatenate(lines))
 
 
-def _vertex(mesh: "TriangleMesh", pair: SourcePair) -> int:
+def _vertex(mesh: "TriangleMesh", pair: SourcePair, remarks: list[str]) -> int:
     """The vertex at the end of a pair."""
-    points = pair.end.resolve(mesh)
+    points = pair.end.resolve(mesh, remarks)
     if len(points) != 1 or len(points.vertices) != 1:
         raise FieldError(f"{pair.origin}the second of a pair must be one vertex")
     return int(points.vertices[0])

@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
-from geomhw.errors import FieldError, FormatError
+from geomhw.errors import ArgumentError, FieldError, FormatError
+from geomhw_cli.specs.files import add_input
+from geomhw_cli.specs.numbers import excerpt
 
 if TYPE_CHECKING:
     from geomhw.mesh.surface_points import SurfacePoints
@@ -22,12 +24,14 @@ SOURCE_HELP = (
 )
 #: Most sources that a report lists, and that a line lists; further ones are only counted.
 MAX_REPORTED, MAX_IN_LINE = 20, 8
+#: Distance from the surface, in diagonals of the mesh, beyond which a place in space is probably a mistake.
+FAR = 0.1
 
 _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _TRIPLE = f"{_NUMBER},{_NUMBER},{_NUMBER}"
 _ONE = re.compile(
-    rf"(?:(?P<first>-?\d+)(?:-(?P<last>\d+))?"
-    rf"|face:(?P<face>-?\d+)(?::(?P<weights>{_TRIPLE}))?"
+    rf"(?:(?P<first>-?\d{{1,18}})(?:-(?P<last>\d{{1,18}}))?"
+    rf"|face:(?P<face>-?\d{{1,18}})(?::(?P<weights>{_TRIPLE}))?"
     rf"|near:(?P<near>{_TRIPLE})"
     r"|(?P<end>max|min)-(?P<axis>[xyz])"
     r"|(?P<boundary>boundary))(?:,|$)"
@@ -61,15 +65,16 @@ class Spec:
                 return surface_points.vertex_points(mesh, [vertex])
             return surface_points.boundary_points(mesh)
         except FieldError as error:
-            raise FieldError(f"{self.origin}{error}") from None
+            if self.origin:
+                raise FieldError(f"{self.origin}{error}") from None
+            raise
 
 
 @dataclass(frozen=True)
 class SourceSpecs:
-    """Source specs, and the files that they were read from."""
+    """Source specs, in order."""
 
     specs: Sequence[Spec]
-    paths: Sequence[Path] = ()
 
     @classmethod
     def parse(cls, texts: Sequence[str]) -> "SourceSpecs":
@@ -78,37 +83,42 @@ class SourceSpecs:
         Raises UsageError for a text that is no source, and FormatError for such a file.
         """
         specs: list[Spec] = []
-        paths = []
         for text in map(str.strip, texts):
             if text.startswith("@"):
-                paths.append(Path(text[1:]))
-                specs += [spec for line in source_lines(paths[-1]) for spec in line.specs]
+                add_input(Path(text[1:]))
+                specs += [spec for line in source_lines(Path(text[1:])) for spec in line.specs]
                 continue
             try:
                 if "=" in text:
                     from geomhw.io import field_file
 
                     specs.append(_parse_region(text))
-                    paths.append(field_file(str(specs[-1].parts["region"])))
+                    add_input(field_file(str(specs[-1].parts["region"])))
                 else:
                     specs += _parse(text)
             except ValueError as error:
                 raise click.UsageError(f"{error}.") from None
-        return cls(specs, paths)
+        return cls(specs)
 
-    def resolve(self, mesh: "TriangleMesh") -> "SurfacePoints":
-        """Find the points on a mesh, in order; by default the vertex of largest y."""
+    def resolve(self, mesh: "TriangleMesh", remarks: list[str] | None = None) -> "SurfacePoints":
+        """Find the points on a mesh, in order; by default the vertex of largest y.
+
+        remarks: takes a line for each ``near:``, with the distance from the surface.
+        """
         from geomhw.mesh.surface_points import concatenate, default_source, vertex_points
 
         if not self.specs:
             return vertex_points(mesh, [default_source(mesh)])
-        return concatenate([spec.resolve(mesh) for spec in self.specs])
+        parts = [spec.resolve(mesh) for spec in self.specs]
+        if remarks is not None:
+            remarks += shortened_remarks(_near_remarks(mesh, self.specs, parts))
+        return concatenate(parts)
 
     def vertices(self, mesh: "TriangleMesh") -> list[int]:
-        """Find the vertices that the specs name. Raises FieldError for a point within a face."""
+        """Find the vertices that the specs name. Raises ArgumentError for a point within a face."""
         points = self.resolve(mesh)
         if len(points.within_faces):
-            raise FieldError("a target must be a vertex, not a point within a face")
+            raise ArgumentError("a target must be a vertex, not a point within a face")
         return [int(v) for v in points.vertices]
 
 
@@ -164,7 +174,7 @@ def _parse(text: str, origin: str = "") -> list[Spec]:
         while start < len(word) or not word:
             match = _ONE.match(word, start)
             if match is None:
-                raise ValueError(f"'{word[start:]}' is no source; give {SOURCE_HELP}")
+                raise ValueError(f"'{excerpt(word[start:])}' is no source; give {SOURCE_HELP}")
             first, last = match["first"], match["last"]
             if last is not None and int(last) < int(first):
                 raise ValueError(f"'{first}-{last}' runs backward; give the smaller vertex first")
@@ -199,6 +209,31 @@ def _region(mesh: "TriangleMesh", field: str, value: str) -> "SurfacePoints":
     if not len(vertices):
         raise FieldError(f"{field} is {value} at no vertex of the surface")
     return vertex_points(mesh, vertices)
+
+
+def _near_remarks(mesh: "TriangleMesh", specs: Sequence[Spec], parts: Sequence["SurfacePoints"]) -> list[str]:
+    """The distances of places in space from the surface, the largest first; those beyond `FAR` are warnings."""
+    from math import dist
+
+    from geomhw.mesh.surface_points import bounding_box
+
+    places = [(near, part) for spec, part in zip(specs, parts, strict=True) if (near := spec.parts.get("near"))]
+    found = [(dist(_triple(near), part.positions(mesh)[0].tolist()), near) for near, part in places]
+    if not found:
+        return []
+    diagonal = dist(*(corner.tolist() for corner in bounding_box(mesh)))
+    return [
+        f"{'warning' if distance > FAR * diagonal else 'note'}: near:{near} is {distance:.4g} from the surface"
+        + (f", {distance / diagonal:.2%} of the diagonal of the mesh" if diagonal else "")
+        for distance, near in found
+    ]
+
+
+def shortened_remarks(lines: Sequence[str]) -> list[str]:
+    """The first remarks if there are many, warnings before notes, and the number of the others."""
+    ranked = sorted(lines, key=lambda line: not line.startswith("warning"))
+    rest = len(ranked) - MAX_IN_LINE
+    return [*ranked[:MAX_IN_LINE], *([f"note: {rest} more remarks on near: are left out"] if rest > 0 else [])]
 
 
 def _triple(text: str) -> list[float]:

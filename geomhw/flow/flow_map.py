@@ -7,7 +7,7 @@ from typing import get_args
 import numpy as np
 
 from geomhw.arrays import Floats
-from geomhw.errors import FieldError
+from geomhw.errors import ArgumentError, FieldError
 from geomhw.flow.tangent_fields import tangential
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.operators.directional_derivative import directional_derivative
@@ -15,6 +15,8 @@ from geomhw.options import Integrator
 from geomhw.results import Field, Result
 from geomhw.solvers.expm import expm, norm_bound, taylor3
 
+#: Courant number that no step reaches.
+MAX_COURANT = 1e9
 _INTEGRATORS = {"taylor3": taylor3, "expm": expm}
 
 
@@ -58,7 +60,7 @@ class FlowMap:
 
     def __init__(self, mesh: TriangleMesh, field: Floats, integrator: Integrator = "taylor3") -> None:
         if integrator not in _INTEGRATORS:
-            raise FieldError(f"there is no integrator '{integrator}'; choose from {', '.join(get_args(Integrator))}")
+            raise ArgumentError(f"there is no integrator '{integrator}'; choose from {', '.join(get_args(Integrator))}")
         self.mesh = mesh
         self.field = tangential(mesh, field)
         self.operator = directional_derivative(mesh, self.field)
@@ -97,17 +99,29 @@ def frames(flow: FlowMap, color: Floats, dt: float, steps: int, every: int) -> I
 
     Raises
     ------
-    FieldError
-        If dt, steps or every is not positive.
+    ArgumentError
+        If dt, steps or every is not positive, or dt is impossible on the mesh.
+    ConvergenceError
+        If dt is too long for the smallest faces of the mesh.
     """
     if not (dt > 0 and math.isfinite(dt)):
-        raise FieldError(f"the time step must be positive and finite, not {dt}")
+        raise ArgumentError(f"the time step must be positive and finite, not {dt}")
     if steps < 1 or every < 1:
-        raise FieldError("a run needs at least one step, and at least one step from frame to frame")
+        raise ArgumentError("a run needs at least one step, and at least one step from frame to frame")
+    require_possible_step(flow.mesh, flow.field, dt)
+    color = flow.advect(color, 0.0)
     for step in range(steps + 1):
-        color = flow.advect(color, dt if step else 0.0)
+        following = flow.advect(color, dt) if step < steps else color  # first: a step that is refused leaves no frame
         if step % every == 0 or step == steps:
             yield _frame(flow, color, step, step * dt)
+        color = following
+
+
+def require_possible_step(mesh: TriangleMesh, velocity: Floats, dt: float) -> None:
+    """Raise ArgumentError for a time step so long that no method takes it with a velocity, (m, 3)."""
+    courant = dt * float(np.linalg.norm(velocity, axis=1).max()) / mesh.mean_edge_length
+    if courant > MAX_COURANT:
+        raise ArgumentError(f"a step of {dt:g} has a Courant number of {courant:.3g}; take a shorter step")
 
 
 def _frame(flow: FlowMap, color: Floats, step: int, time: float) -> Result:

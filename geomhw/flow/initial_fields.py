@@ -4,12 +4,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from geomhw.arrays import Floats
-from geomhw.errors import FieldError
+from geomhw.errors import ArgumentError
 from geomhw.flow.tangent_fields import tangential
 from geomhw.mesh.geometry import unit
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.operators.curl import quarter_turn
 from geomhw.operators.gradient import gradient_of
+
+#: Largest wavenumber of a random flow.
+MAX_WAVES = 10_000
 
 
 def rigid_field(mesh: TriangleMesh, axis: ArrayLike) -> Floats:
@@ -25,12 +28,12 @@ def rigid_field(mesh: TriangleMesh, axis: ArrayLike) -> Floats:
 
     Raises
     ------
-    FieldError
+    ArgumentError
         If the axis is zero, not finite, or has not three components.
     """
     omega = np.asarray(axis, dtype=float)
     if omega.shape != (3,) or not np.isfinite(omega).all() or not omega.any():
-        raise FieldError(f"an axis needs three finite numbers that are not all zero, not {omega.tolist()}")
+        raise ArgumentError(f"an axis needs three finite numbers that are not all zero, not {omega.tolist()}")
     return tangential(mesh, np.cross(unit(omega), mesh.face_centers))
 
 
@@ -67,9 +70,11 @@ def _normalized_height(mesh: TriangleMesh, axis: ArrayLike) -> Floats:
 
 
 def blob(mesh: TriangleMesh, vertex: int) -> Floats:
-    """Return a `bump` about a vertex, (n,); FieldError if the vertex does not exist."""
+    """Return a `bump` about a vertex, (n,); ArgumentError if the vertex does not exist."""
     if not 0 <= vertex < mesh.n_vertices:
-        raise FieldError(f"vertex {vertex} does not exist: the mesh has {mesh.n_vertices} (0 to {mesh.n_vertices - 1})")
+        raise ArgumentError(
+            f"vertex {vertex} does not exist: the mesh has {mesh.n_vertices} (0 to {mesh.n_vertices - 1})"
+        )
     return bump(mesh, mesh.vertices[vertex])
 
 
@@ -97,11 +102,11 @@ def random_field(mesh: TriangleMesh, seed: int, waves: int = 8) -> Floats:
 
     Raises
     ------
-    FieldError
-        If ``waves`` is not positive.
+    ArgumentError
+        If ``waves`` is not between 1 and `MAX_WAVES`.
     """
-    if waves < 1:
-        raise FieldError(f"a random flow needs at least one wave, not {waves}")
+    if not 1 <= waves <= MAX_WAVES:
+        raise ArgumentError(f"a random flow has 1 to {MAX_WAVES} waves, not {waves}")
     rng = np.random.default_rng(seed)
     used = mesh.vertices[np.unique(mesh.faces)]
     low, high = used.min(axis=0), used.max(axis=0)

@@ -8,7 +8,7 @@ import numpy as np
 
 from geomhw.arrays import Floats, Ints
 from geomhw.compiled import compiled
-from geomhw.errors import ConvergenceError, FieldError
+from geomhw.errors import ArgumentError, ConvergenceError
 from geomhw.flow.tangent_fields import tangential
 from geomhw.mesh.sampling import points_on, spread_samples
 from geomhw.mesh.topology import inner_pairs
@@ -80,9 +80,9 @@ class StreamlineTracer:
         self._adjacency = (mesh.faces.astype(np.int64), edges, np.array(mesh.face_areas), across, around, starts)
 
     def seeds(self, count: int) -> FacePoints:
-        """Return points that represent equal areas, the same ones every time; FieldError for a count below 1."""
+        """Return points that represent equal areas, the same ones every time; ArgumentError for a count below 1."""
         if count < 1:
-            raise FieldError(f"there must be at least one tracer, not {count}")
+            raise ArgumentError(f"there must be at least one tracer, not {count}")
         return FacePoints(*spread_samples(self.mesh, count))
 
     def positions(self, points: FacePoints) -> Floats:
@@ -98,13 +98,13 @@ class StreamlineTracer:
 
         Raises
         ------
-        FieldError
+        ArgumentError
             If the velocity is not a finite face field, or dt is negative or not finite.
         ConvergenceError
             If a point crosses too many edges.
         """
         if not (dt >= 0 and math.isfinite(dt)):
-            raise FieldError(f"tracers move for a finite time of zero or more, not for {dt}")
+            raise ArgumentError(f"tracers move for a finite time of zero or more, not for {dt}")
         V = tangential(self.mesh, velocity)
         rates = np.einsum("fkx,fx->fk", self._hats, V)
         flow = _Flow(*self._adjacency, np.ascontiguousarray(V), np.ascontiguousarray(rates))

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from geomhw.arrays import Floats
-from geomhw.errors import FieldError
+from geomhw.errors import ArgumentError
 from geomhw.flow.tangent_fields import tangential
 from geomhw.fluid.state import Force
 from geomhw.fluid.vorticity import VorticityModel
@@ -33,22 +33,22 @@ def rossby_haurwitz(model: VorticityModel, degree: int) -> Floats:
 
     Raises
     ------
-    FieldError
-        If the degree is less than 2, or the mesh is not a sphere.
+    ArgumentError
+        If the degree is less than 2 or above the number of vertices, or the mesh is not a sphere.
 
     References
     ----------
     Haurwitz: The motion of atmospheric disturbances on the spherical earth, 1940.
     """
-    if degree < 2:
-        raise FieldError(f"a Rossby-Haurwitz wave has a degree of 2 or more, not {degree}")
     mesh = model.mesh
+    if not 2 <= degree <= max(mesh.n_vertices, 2):
+        raise ArgumentError(f"a Rossby-Haurwitz wave on this mesh has a degree of 2 to {mesh.n_vertices}, not {degree}")
     if not (mesh.is_closed and mesh.n_components == 1 and mesh.genus == 0):
-        raise FieldError("a Rossby-Haurwitz wave needs a sphere; this mesh is not closed, connected and of genus 0")
+        raise ArgumentError("a Rossby-Haurwitz wave needs a sphere; this mesh is not closed, connected and of genus 0")
     center = model.areas @ mesh.vertices / model.areas.sum()
     radii = np.linalg.norm(mesh.vertices - center, axis=1)[model.areas > 0]
     if np.ptp(radii) > ROUNDNESS * radii.mean():
-        raise FieldError(
+        raise ArgumentError(
             f"a Rossby-Haurwitz wave needs a sphere; the radii of this mesh are {radii.min():.4g} to {radii.max():.4g}"
         )
     x, y, z = (mesh.vertices - center).T / radii.mean()
@@ -75,16 +75,16 @@ def vortices(model: VorticityModel, circulations: Mapping[int, float]) -> Floats
 
     Raises
     ------
-    FieldError
+    ArgumentError
         If a vertex does not exist or belongs to no face, or a circulation is not finite.
     """
     mesh = model.mesh
     points = np.zeros(mesh.n_vertices)
     for vertex, circulation in circulations.items():
         if not 0 <= vertex < mesh.n_vertices or model.areas[vertex] == 0:
-            raise FieldError(f"vertex {vertex} of a vortex is not on the surface")
+            raise ArgumentError(f"vertex {vertex} of a vortex is not on the surface")
         if not np.isfinite(circulation):
-            raise FieldError(f"the circulation of the vortex at vertex {vertex} is not finite")
+            raise ArgumentError(f"the circulation of the vortex at vertex {vertex} is not finite")
         points[vertex] = circulation
     q = model.diffusion((VORTEX_RADIUS * mesh.mean_edge_length) ** 2)(points) * model.areas
     return model.induced_velocity(model.without_mean(q))
@@ -99,13 +99,13 @@ def harmonic(model: VorticityModel, number: int) -> Floats:
 
     Raises
     ------
-    FieldError
+    ArgumentError
         If there is no such field.
     """
     count = len(model.harmonic)
     if not 0 <= number < count:
         known = f"0 to {count - 1}" if count else "none: it has no handles"
-        raise FieldError(f"there is no harmonic field {number} on this mesh; there are {known}")
+        raise ArgumentError(f"there is no harmonic field {number} on this mesh; there are {known}")
     V = model.harmonic[number]
     return np.asarray(10 * model.mesh.mean_edge_length / np.linalg.norm(V, axis=1).max() * V)
 

@@ -7,13 +7,14 @@ from typing import get_args
 
 import numpy as np
 
-from geomhw.errors import ConvergenceError, FieldError
+from geomhw.errors import ArgumentError, ConvergenceError
+from geomhw.flow.flow_map import require_possible_step
 from geomhw.fluid.conservative import ConservativeScheme
 from geomhw.fluid.rk4 import RK4Scheme
 from geomhw.fluid.stable_fluids import StableFluidsScheme
 from geomhw.fluid.state import FlowState, Force, Scheme
 from geomhw.mesh.triangle_mesh import TriangleMesh
-from geomhw.options import Advection, SchemeName
+from geomhw.options import MAX_STEPS, Advection, SchemeName
 
 #: The last step is not shortened if it overshoots the end by less than this share of itself.
 SLACK = 1e-9
@@ -34,20 +35,20 @@ def scheme_of(
 
     Raises
     ------
-    FieldError
+    ArgumentError
         If the name is unknown, or the viscosity is not possible with the scheme.
     MeshError
         If the mesh is not an oriented manifold, or a face has zero area.
     """
     if name == "stable-fluids":
         if viscosity:
-            raise FieldError("stable-fluids has no viscosity of its own; choose another scheme")
+            raise ArgumentError("stable-fluids has no viscosity of its own; choose another scheme")
         return StableFluidsScheme(mesh, advection)
     if name == "conservative":
         return ConservativeScheme(mesh, filter, viscosity)
     if name == "rk4":
         return RK4Scheme(mesh, filter, viscosity)
-    raise FieldError(f"there is no scheme '{name}'; choose from {', '.join(get_args(SchemeName))}")
+    raise ArgumentError(f"there is no scheme '{name}'; choose from {', '.join(get_args(SchemeName))}")
 
 
 @dataclass(frozen=True)
@@ -62,8 +63,8 @@ class Plan:
 
     Raises
     ------
-    FieldError
-        If a number is not positive and finite, or both or none of two alternatives are given.
+    ArgumentError
+        If a number is not positive and finite, steps are more than 1e9, or both or none of two alternatives are given.
     """
 
     dt: float | None = None
@@ -76,13 +77,15 @@ class Plan:
         for name in ("dt", "cfl", "until"):
             value = getattr(self, name)
             if value is not None and not (value > 0 and math.isfinite(value)):
-                raise FieldError(f"{name} must be a positive number, not {value}")
+                raise ArgumentError(f"{name} must be a positive number, not {value}")
         if (self.dt is None) == (self.cfl is None):
-            raise FieldError("a run takes steps either of dt or of a Courant number")
+            raise ArgumentError("a run takes steps either of dt or of a Courant number")
         if (self.steps is None) == (self.until is None):
-            raise FieldError("a run ends either after a number of steps or at a time")
+            raise ArgumentError("a run ends either after a number of steps or at a time")
         if self.every < 1 or (self.steps is not None and self.steps < 1):
-            raise FieldError("a run needs at least one step, and at least one step from frame to frame")
+            raise ArgumentError("a run needs at least one step, and at least one step from frame to frame")
+        if self.dt and self.until:
+            _require_few_steps(self.until, self.dt)
 
     def share(self, state: FlowState) -> float:
         """Return how much of the run is done, 0..1."""
@@ -113,8 +116,8 @@ def run(scheme: Scheme, state: FlowState, plan: Plan, force: Force | None = None
     ------
     ConvergenceError
         If a step is too long for the scheme; the message has the longest possible step.
-    FieldError
-        If the steps have a Courant number and the flow is at rest.
+    ArgumentError
+        If the first step is impossible, the steps are too many, or they have a Courant number and the flow is at rest.
 
     Examples
     --------
@@ -126,8 +129,8 @@ def run(scheme: Scheme, state: FlowState, plan: Plan, force: Force | None = None
     [0, 5, 10]
     """
     dt = step_length(scheme, state, plan)
-    if state.step == 0:
-        yield Snapshot(state, dt, True)
+    _require_possible(scheme, state, plan, dt)
+    start = Snapshot(state, dt, True) if state.step == 0 else None
     while not plan.ended(state):
         dt = step_length(scheme, state, plan)
         cut = False
@@ -138,9 +141,24 @@ def run(scheme: Scheme, state: FlowState, plan: Plan, force: Force | None = None
             state = scheme.step(state, dt, force)
         except ConvergenceError as error:
             raise _too_long(scheme, state, dt, force) or error from error
+        if start:  # only now: a first step that is refused leaves no snapshot
+            yield start
+            start = None
         regular = state.step % plan.every == 0 and not cut
         if regular or plan.ended(state):
             yield Snapshot(state, dt, regular)
+
+
+def _require_possible(scheme: Scheme, state: FlowState, plan: Plan, dt: float) -> None:
+    """Raise ArgumentError for a first step that no scheme can take, or for too many steps to the end."""
+    require_possible_step(scheme.mesh, scheme.velocity(state), dt)
+    if plan.until:
+        _require_few_steps(plan.until - state.time, dt)
+
+
+def _require_few_steps(time: float, dt: float) -> None:
+    if time / dt > MAX_STEPS:
+        raise ArgumentError(f"steps of {dt:g} to the time {time:g} are {time / dt:.3g}; at most {MAX_STEPS:g} are made")
 
 
 def step_length(scheme: Scheme, state: FlowState, plan: Plan) -> float:
@@ -149,7 +167,7 @@ def step_length(scheme: Scheme, state: FlowState, plan: Plan) -> float:
         return plan.dt
     rate = _courant_rate(scheme, state)
     if rate == 0:
-        raise FieldError("a flow at rest has no Courant number; give a time step, or an initial velocity")
+        raise ArgumentError("a flow at rest has no Courant number; give a time step, or an initial velocity")
     assert plan.cfl is not None
     return plan.cfl / rate
 

@@ -7,7 +7,7 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
 from geomhw.arrays import Floats
-from geomhw.errors import ConvergenceError, FieldError
+from geomhw.errors import ArgumentError, ConvergenceError
 from geomhw.flow.helmholtz import HelmholtzDecomposition
 from geomhw.flow.tangent_fields import tangential
 from geomhw.fluid.state import FlowState, Force
@@ -36,13 +36,13 @@ class StableFluidsScheme:
     ------
     MeshError
         If the mesh is not an oriented manifold, or a face has zero area.
-    FieldError
+    ArgumentError
         If the advection is unknown.
     """
 
     def __init__(self, mesh: TriangleMesh, advection: Advection = "full") -> None:
         if advection not in get_args(Advection):
-            raise FieldError(f"there is no advection '{advection}'; choose from {', '.join(get_args(Advection))}")
+            raise ArgumentError(f"there is no advection '{advection}'; choose from {', '.join(get_args(Advection))}")
         mesh.require_oriented("a flow")
         self.mesh = mesh
         self._advection = advection

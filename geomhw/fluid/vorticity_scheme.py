@@ -9,7 +9,7 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
 from geomhw.arrays import Floats, dot
-from geomhw.errors import FieldError
+from geomhw.errors import ArgumentError
 from geomhw.fluid.passive_scalar import PassiveScalar
 from geomhw.fluid.state import FlowState, Force
 from geomhw.fluid.vorticity import VorticityModel
@@ -65,13 +65,13 @@ class VorticityScheme:
     ------
     MeshError
         If the mesh is not an oriented manifold, or a face has zero area.
-    FieldError
+    ArgumentError
         If the viscosity is negative or not finite.
     """
 
     def __init__(self, mesh: TriangleMesh, filter: bool = True, viscosity: float = 0.0) -> None:
         if not (viscosity >= 0 and np.isfinite(viscosity)):
-            raise FieldError(f"the viscosity must be zero or a positive number, not {viscosity}")
+            raise ArgumentError(f"the viscosity must be zero or a positive number, not {viscosity}")
         self.mesh = mesh
         self.model = VorticityModel(mesh)
         self._scalar = PassiveScalar(self.model)

@@ -4,9 +4,11 @@ import math
 import re
 from dataclasses import dataclass
 
-from geomhw.errors import FieldError
+from geomhw.errors import ArgumentError
 from geomhw.mesh.polyhedral import PolyhedralSurface
 
+#: Diffusion times in h². Longer ones leave u constant up to rounding; shorter ones give the same directions of ∇u.
+SHORTEST, LONGEST = 1e-60, 1e8
 _MULTIPLE = re.compile(r"(?:(?P<factor>[^*]+)\*)?h2")
 
 
@@ -34,8 +36,8 @@ def time_step(asked: str | float, surface: PolyhedralSurface) -> TimeStep:
 
     Raises
     ------
-    FieldError
-        For anything else, and for a time that is zero, infinite or out of the range of numbers.
+    ArgumentError
+        For anything else, and for a time that is zero, infinite or not between 1e-60 h² and 1e8 h².
     """
     text, h = str(asked).strip(), surface.mean_edge_length
     if text == "auto":
@@ -43,11 +45,15 @@ def time_step(asked: str | float, surface: PolyhedralSurface) -> TimeStep:
 
         return auto_time(surface)
     if text == "sqrt-h":
-        return TimeStep(math.sqrt(h), text, "√h, as asked")
-    if match := _MULTIPLE.fullmatch(text):
+        step = TimeStep(math.sqrt(h), text, "√h, as asked")
+    elif match := _MULTIPLE.fullmatch(text):
         factor = _positive(match["factor"] or "1", text)
-        return TimeStep(_positive(factor * h**2, text), text, f"{factor:g} h², as asked")
-    return TimeStep(_positive(text, text), text, "as asked")
+        step = TimeStep(_positive(factor * h**2, text), text, f"{factor:g} h², as asked")
+    else:
+        step = TimeStep(_positive(text, text), text, "as asked")
+    if not SHORTEST <= (multiple := step.t / h / h) <= LONGEST:
+        raise ArgumentError(f"t = {step.t:g} is {multiple:.3g} h² on this mesh; give {SHORTEST:g} h² to {LONGEST:g} h²")
+    return step
 
 
 def _positive(number: str | float, text: str) -> float:
@@ -58,7 +64,7 @@ def _positive(number: str | float, text: str) -> float:
         value = float(number)
     except ValueError:
         known = "auto, sqrt-h, h2, a multiple such as 0.5*h2, or a number"
-        raise FieldError(f"'{text}' is no time step; give {known}") from None
+        raise ArgumentError(f"'{text}' is no time step; give {known}") from None
     if not 0 < value < math.inf:
-        raise FieldError(f"the time step must be positive and finite, not {text}")
+        raise ArgumentError(f"the time step must be positive and finite, not {text}")
     return value

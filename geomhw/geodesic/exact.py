@@ -11,7 +11,7 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from geomhw.arrays import Floats, Ints
-from geomhw.errors import FieldError
+from geomhw.errors import ArgumentError
 from geomhw.geodesic.unfolded_faces import surface_of
 from geomhw.geodesic.window_propagation import Front, empty_front, propagate, reached, reset, start, with_more_room
 from geomhw.mesh.surface_points import SurfacePoints, vertex_points
@@ -214,7 +214,7 @@ class ExactDistance:
 
 
 def _checked(limit: float) -> float:
-    """Return the limit as a float; raise FieldError unless it is 0 or more."""
+    """Return the limit as a float; raise ArgumentError unless it is 0 or more."""
     if not limit >= 0:
-        raise FieldError(f"the limit of distances is a length, 0 or more, not {limit}")
+        raise ArgumentError(f"the limit of distances is a length, 0 or more, not {limit}")
     return float(limit)

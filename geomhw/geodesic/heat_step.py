@@ -9,7 +9,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from geomhw.arrays import Floats, Ints
-from geomhw.errors import FieldError
+from geomhw.errors import ArgumentError
 from geomhw.geodesic.diffusion_time import time_step
 from geomhw.geodesic.edge_paths import edge_path_distance
 from geomhw.mesh.polyhedral import PolyhedralSurface
@@ -36,7 +36,7 @@ class HeatStep:
     ------
     MeshError
         If a face has zero area.
-    FieldError
+    ArgumentError
         For an unknown time, boundary condition or solver.
 
     References
@@ -55,7 +55,7 @@ class HeatStep:
     ) -> None:
         mesh.require_area("robust=True")
         if boundary not in get_args(Boundary):
-            raise FieldError(
+            raise ArgumentError(
                 f"there is no boundary condition '{boundary}'; choose from {', '.join(get_args(Boundary))}"
             )
         self.mesh, self.solver, self.solves = mesh, solver, solves
@@ -101,13 +101,13 @@ class HeatStep:
 
         Raises
         ------
-        FieldError
+        ArgumentError
             If all sources lie on a boundary at temperature zero.
         ConvergenceError
             If heat does not reach the far side in double precision.
         """
         if self.boundary == "dirichlet" and not self._conditions[0].warmed(impulse):
-            raise FieldError("no heat flows from sources on a boundary that is kept cold; take another condition")
+            raise ArgumentError("no heat flows from sources on a boundary that is kept cold; take another condition")
         first, *second = (condition.from_impulse(impulse, paths) for condition in self._conditions)
         return first.mean_with(second[0]) if second else first
 

@@ -87,7 +87,9 @@ def check_outputs(
     for i, path in enumerate(paths):
         suffix = Path(path).suffix
         reason = why_not_writable(Path(path))
-        if suffix.lower() not in extensions:
+        if Path(path).is_dir():
+            reason = "it is a folder; give a file in it"
+        elif suffix.lower() not in extensions:
             kind = f"'{suffix}' is not a format that is written" if suffix else "the name has no extension"
             reason = f"{kind} here; known are {' '.join(extensions)}"
         elif not reason and any(_same(path, other) for other in paths[:i]):

@@ -1,5 +1,6 @@
 """Points on a surface in barycentric coordinates: vertices, points in faces, closest points, with input checks."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -8,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from geomhw.arrays import Floats, Ints
-from geomhw.errors import FieldError
+from geomhw.errors import ArgumentError
 from geomhw.mesh.nearest import nearest_on_surface
 from geomhw.mesh.triangle_mesh import TriangleMesh
 
@@ -16,6 +17,8 @@ from geomhw.mesh.triangle_mesh import TriangleMesh
 ROUNDED_SUM = 0.015
 #: A barycentric coordinate below this is set to zero: the point lies on an edge or is a vertex.
 SNAP = 1e-9
+#: Distance, in diagonals of the bounding box, from which no point of the surface is the nearest up to rounding.
+FARTHEST = 1e6
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,7 +142,7 @@ def vertex_points(mesh: TriangleMesh, vertices: Sequence[int] | Ints) -> Surface
 
     Raises
     ------
-    FieldError
+    ArgumentError
         If there is no index, or one is not an integer, out of range or an unreferenced vertex.
 
     Examples
@@ -150,14 +153,16 @@ def vertex_points(mesh: TriangleMesh, vertices: Sequence[int] | Ints) -> Surface
     """
     wanted = np.atleast_1d(np.asarray(vertices))
     if wanted.size == 0:
-        raise FieldError("there is no source; name at least one vertex")
+        raise ArgumentError("there is no source; name at least one vertex")
     if not np.issubdtype(wanted.dtype, np.integer):
-        raise FieldError(f"a source is a vertex index, a whole number, not {wanted.flat[0]}")
+        raise ArgumentError(f"a source is a vertex index, a whole number, not {wanted.flat[0]}")
     if (outside := (wanted < 0) | (wanted >= mesh.n_vertices)).any():
         bad = wanted[outside][0]
-        raise FieldError(f"source {bad} is not a vertex: the mesh has {mesh.n_vertices} (0 to {mesh.n_vertices - 1})")
+        raise ArgumentError(
+            f"source {bad} is not a vertex: the mesh has {mesh.n_vertices} (0 to {mesh.n_vertices - 1})"
+        )
     if (loose := np.isin(wanted, mesh.unreferenced_vertices)).any():
-        raise FieldError(f"source {wanted[loose][0]} belongs to no face; choose a vertex on the surface")
+        raise ArgumentError(f"source {wanted[loose][0]} belongs to no face; choose a vertex on the surface")
     k = len(wanted)
     return SurfacePoints(np.full(k, -1), np.repeat(wanted[:, None], 3, axis=1), np.tile([1.0, 0.0, 0.0], (k, 1)))
 
@@ -189,7 +194,7 @@ def face_point(mesh: TriangleMesh, face: int, weights: ArrayLike | None = None) 
 
     Raises
     ------
-    FieldError
+    ArgumentError
         If the face does not exist or the coordinates are not valid.
 
     Examples
@@ -199,15 +204,15 @@ def face_point(mesh: TriangleMesh, face: int, weights: ArrayLike | None = None) 
     array([[0.5 , 0.25, 0.  ]])
     """
     if not 0 <= face < mesh.n_faces:
-        raise FieldError(f"face {face} does not exist: the mesh has {mesh.n_faces} faces (0 to {mesh.n_faces - 1})")
+        raise ArgumentError(f"face {face} does not exist: the mesh has {mesh.n_faces} faces (0 to {mesh.n_faces - 1})")
     b = np.full(3, 1 / 3) if weights is None else np.asarray(weights, dtype=float)
     given = ", ".join(f"{x:g}" for x in b.ravel())
     if b.shape != (3,) or not np.isfinite(b).all():
-        raise FieldError(f"a point in face {face} has three barycentric coordinates, not {given}")
+        raise ArgumentError(f"a point in face {face} has three barycentric coordinates, not {given}")
     if (b < 0).any():
-        raise FieldError(f"barycentric coordinates {given} lie outside of face {face}; none may be negative")
+        raise ArgumentError(f"barycentric coordinates {given} lie outside of face {face}; none may be negative")
     if abs(b.sum() - 1) > ROUNDED_SUM:
-        raise FieldError(f"barycentric coordinates {given} in face {face} sum to {b.sum():g}; they must sum to 1")
+        raise ArgumentError(f"barycentric coordinates {given} in face {face} sum to {b.sum():g}; they must sum to 1")
     b = np.where(b < SNAP, 0.0, b)
     corners = mesh.faces[face].astype(np.int64)
     if np.count_nonzero(b) == 1:
@@ -220,7 +225,7 @@ def boundary_points(mesh: TriangleMesh) -> SurfacePoints:
 
     Raises
     ------
-    FieldError
+    ArgumentError
         If the mesh has no boundary.
 
     Examples
@@ -230,7 +235,7 @@ def boundary_points(mesh: TriangleMesh) -> SurfacePoints:
     [0, 1, 2, 3, 5, 6, 7, 8]
     """
     if mesh.is_closed:
-        raise FieldError("the mesh has no boundary; name vertices or faces as sources")
+        raise ArgumentError("the mesh has no boundary; name vertices or faces as sources")
     return vertex_points(mesh, mesh.boundary_vertices)
 
 
@@ -239,8 +244,8 @@ def nearest_point(mesh: TriangleMesh, point: ArrayLike) -> SurfacePoints:
 
     Raises
     ------
-    FieldError
-        If ``point`` does not have three finite coordinates.
+    ArgumentError
+        If ``point`` does not have three finite coordinates, or is a million diagonals of the bounding box away.
 
     Examples
     --------
@@ -250,8 +255,21 @@ def nearest_point(mesh: TriangleMesh, point: ArrayLike) -> SurfacePoints:
     """
     place = np.asarray(point, dtype=float)
     if place.shape != (3,) or not np.isfinite(place).all():
-        raise FieldError(f"a point in space has three finite coordinates, not {place.tolist()}")
+        raise ArgumentError(f"a point in space has three finite coordinates, not {place.tolist()}")
+    low, high = bounding_box(mesh)
+    distance, diagonal = math.dist(place.tolist(), ((low + high) / 2).tolist()), math.dist(low.tolist(), high.tolist())
+    if distance > FARTHEST * diagonal > 0:
+        raise ArgumentError(
+            f"the point {', '.join(f'{x:g}' for x in place)} is {distance:.3g} away from the mesh, whose bounding box "
+            f"has a diagonal of {diagonal:.3g}; give a point near the surface"
+        )
     return face_point(mesh, *nearest_on_surface(mesh, place))
+
+
+def bounding_box(mesh: TriangleMesh) -> tuple[Floats, Floats]:
+    """Return the corner of least and the corner of largest coordinates of the vertices on faces, (3,) each."""
+    used = mesh.vertices[np.unique(mesh.faces)]
+    return used.min(axis=0), used.max(axis=0)
 
 
 def extreme_vertex(mesh: TriangleMesh, axis: int, sign: int) -> int:

@@ -5,7 +5,7 @@ from typing import Any, get_args
 import numpy as np
 
 from geomhw.arrays import Complexes, Floats, Ints
-from geomhw.errors import FieldError, MeshError
+from geomhw.errors import ArgumentError, MeshError
 from geomhw.intrinsic.intrinsic_mesh import IntrinsicMesh
 from geomhw.mesh.geometry import lengths, rows, unit
 from geomhw.mesh.triangle_mesh import TriangleMesh
@@ -61,7 +61,7 @@ def edge_transport(
 
     Raises
     ------
-    FieldError
+    ArgumentError
         If the connection is unknown, or ``intrinsic`` with a surface.
     MeshError
         If a vertex has no normal or, for ``intrinsic``, the mesh is not an oriented manifold.
@@ -71,12 +71,12 @@ def edge_transport(
     [TVHM, sec. 5.2]
     """
     if connection == "intrinsic" and surface:
-        raise FieldError("a robust triangulation has no intrinsic connection; use the connection of normals")
+        raise ArgumentError("a robust triangulation has no intrinsic connection; use the connection of normals")
     if connection == "intrinsic":
         low, high = edge_directions(mesh)
         return np.asarray(np.exp(1j * (low + np.pi - high)))
     if connection != "normals":
-        raise FieldError(f"there is no connection '{connection}'; choose from {', '.join(get_args(Connection))}")
+        raise ArgumentError(f"there is no connection '{connection}'; choose from {', '.join(get_args(Connection))}")
     i, j = (surface or mesh).edges.T
     e1, e2 = mesh.tangent_frames.transpose(1, 0, 2)
     half = _half_way(*_edge_normals(mesh, surface.edges if surface else None))

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from geomhw.errors import FieldError
+from geomhw.errors import ArgumentError
 from geomhw.options import HEAT_METHOD, PANEL_WIDTH
 from geomhw.render.layers import LIGHT, Arrows, Marker, Panel, Surface, Theme
 from geomhw.render.panels import draw
@@ -46,7 +46,7 @@ def geodesic_picture(
 
     Raises
     ------
-    FieldError
+    ArgumentError
         If a panel has another name.
     RenderError
         If there is no OpenGL on this machine.
@@ -71,7 +71,7 @@ def geodesic_picture(
         elif name == "distance":
             drawn.append(replace(_distance(result), markers=[*sources, _farthest(result)], curves=curves))
         else:
-            raise FieldError(f"there is no panel '{name}'; choose from heat, gradient, divergence, distance")
+            raise ArgumentError(f"there is no panel '{name}'; choose from heat, gradient, divergence, distance")
     return draw(result.mesh, drawn, size, theme=theme, width=width)
 
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from geomhw.arrays import Floats
 from geomhw.background import submit
-from geomhw.errors import ConvergenceError, FieldError
+from geomhw.errors import ArgumentError, ConvergenceError
 from geomhw.options import SolverName
 from geomhw.solvers.direct import DirectSolver
 
@@ -27,10 +27,10 @@ FEW = 12
 def iterates(solver: SolverName, size: int, solves: int) -> bool:
     """Return whether to solve a system of that size, that many times, by iteration.
 
-    Raises FieldError for an unknown solver name.
+    Raises ArgumentError for an unknown solver name.
     """
     if solver not in get_args(SolverName):
-        raise FieldError(f"there is no solver '{solver}'; choose from {', '.join(get_args(SolverName))}")
+        raise ArgumentError(f"there is no solver '{solver}'; choose from {', '.join(get_args(SolverName))}")
     return solver == "multigrid" or (solver == "auto" and size >= LARGE and solves <= FEW)
 
 
@@ -46,7 +46,7 @@ class LaplaceSolver:
 
     Raises
     ------
-    FieldError
+    ArgumentError
         For an unknown solver name.
     ConvergenceError
         If the matrix is singular on the free unknowns, or ``multigrid`` does not converge.

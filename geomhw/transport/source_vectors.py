@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from geomhw.arrays import Complexes, Floats, Ints
-from geomhw.errors import FieldError
+from geomhw.errors import ArgumentError, FieldError
 from geomhw.mesh.surface_points import SurfacePoints
 from geomhw.mesh.tangent_frames import face_frames
 from geomhw.mesh.triangle_mesh import TriangleMesh
@@ -90,9 +90,9 @@ def tangent_vectors(mesh: TriangleMesh, sources: SurfacePoints, vectors: ArrayLi
 
 
 def _refuse(bad: NDArray[np.bool_], sources: SurfacePoints, message: str) -> None:
-    """Raise a FieldError that names the first bad source, if there is one."""
+    """Raise an ArgumentError that names the first bad source, if there is one."""
     if bad.any():
-        raise FieldError(message.format(sources.name(int(np.argmax(bad)))))
+        raise ArgumentError(message.format(sources.name(int(np.argmax(bad)))))
 
 
 def spread_to_corners(mesh: TriangleMesh, sources: SurfacePoints, tangent: Floats) -> Complexes:

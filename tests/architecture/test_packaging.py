@@ -41,3 +41,23 @@ def test_console_script() -> None:
     """The console script ``geomhw`` starts the program."""
     (script,) = entry_points(group="console_scripts", name="geomhw")
     assert script.value == "geomhw_cli.main:main"
+
+
+def test_sdist_can_run_its_tests(tmp_path: Path) -> None:
+    """The source distribution holds the modules, the tests and the files that these read."""
+    import shutil
+    import tarfile
+
+    copy, hidden = tmp_path / "sources", shutil.ignore_patterns("__pycache__", "*.nbi", "*.nbc", "new", "out")
+    copy.mkdir()
+    for name in ("pyproject.toml", "README.md", "LICENSE", "MANIFEST.in", "Makefile", "CHANGELOG.md", "CITATION.cff"):
+        shutil.copy(ROOT / name, copy / name)
+    for name in ("geomhw", "cli", "tests", "data", "examples"):
+        shutil.copytree(ROOT / name, copy / name, ignore=hidden)
+    wanted = {str(path.relative_to(copy)) for path in copy.rglob("*") if path.is_file()}
+    code = f"from setuptools import build_meta; build_meta.build_sdist({str(tmp_path)!r})"
+    subprocess.run([sys.executable, "-c", code], cwd=copy, check=True, capture_output=True)
+    (built,) = tmp_path.glob("*.tar.gz")
+    with tarfile.open(built) as archive:
+        inside = {name.partition("/")[2] for name in archive.getnames()}
+    assert wanted <= inside

@@ -14,6 +14,7 @@ from geomhw.mesh.primitives import torus
 from geomhw.mesh.surface_points import face_point
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from support.meshes import crumpled, two_spheres
+from support.messages import missing
 from support.program import one_line, run, save_off
 
 MESH = crumpled(torus(16, 13))
@@ -146,8 +147,10 @@ def test_refused_options(options: list[str], words: list[str]) -> None:
 
 
 def test_target_in_face() -> None:
-    one_line(run(*EXACT, "--to", "face:3", "-o", "out.vtu"), "target", "vertex")
-    one_line(run(*EXACT, "--to", "999", "-o", "out.vtu"), "999", "vertex")
+    for target, word in (("face:3", "target"), ("999", "999")):
+        answer = run(*EXACT, "--to", target, "-o", "out.vtu")
+        assert answer.exit_code == 2
+        assert not missing(answer.stderr, f"{word} ... vertex")
 
 
 # -- masks and regions ------------------------------------------------------------------------------------------------

@@ -121,7 +121,7 @@ def test_a_run_goes_on(command: str, folder: Path, monkeypatch: pytest.MonkeyPat
     with monkeypatch.context() as patched:
         patched.setattr(HeatDistance, "rows", stopping(3, interrupt))
         answer = run(*command.split())
-    assert answer.exit_code == 1
+    assert answer.exit_code == 130
     (line,) = answer.stderr.splitlines()
     assert not missing(line, f"Error: interrupted ... {2 * BLOCK} of 208 ... D.partial.npy ... same command")
     assert Path(name).read_text() == "old"

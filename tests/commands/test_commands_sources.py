@@ -132,5 +132,5 @@ def test_blob_at_any_point() -> None:
         expected = blob(SHEET, 7) if center is None else bump(SHEET, np.array(center))
         np.testing.assert_allclose(read(first)["color"], expected, rtol=1e-12)
     answer = run("advect", "sheet.off", "--color", "blob:boundary")
-    assert answer.exit_code == 1
+    assert answer.exit_code == 2
     assert not missing(answer.stderr, "'blob:boundary' ... 24 points ... one")

@@ -139,6 +139,6 @@ def test_interrupt(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         written(cloud, path)
 
     monkeypatch.setattr(series_module, "write_cloud", stop)
-    assert run("fluid", "ball.off", *SHORT, *TRACED, "-o", "flow.pvd").exit_code == 1
+    assert run("fluid", "ball.off", *SHORT, *TRACED, "-o", "flow.pvd").exit_code == 130
     assert len(clouds("flow.pvd")) == len(read_series("flow.pvd")) == 2
     assert not [name for name in files(folder) if name.startswith(".")]

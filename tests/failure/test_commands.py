@@ -46,15 +46,15 @@ def test_bad_mesh_is_one_sentence(text: str | None, words: list[str], folder: Pa
 @pytest.mark.parametrize(
     ("arguments", "code", "words"),
     [
-        (["--source", "12"], 1, "source 12 is not a vertex"),
-        (["--source", "-1"], 1, "source -1"),
+        (["--source", "12"], 2, "source 12 is not a vertex"),
+        (["--source", "-1"], 2, "source -1"),
         (["--source", "top"], 2, "'top' is no source"),
-        (["--time", "soon"], 1, "time step"),
-        (["--time", "-1"], 1, "positive"),
+        (["--time", "soon"], 2, "time step"),
+        (["--time", "-1"], 2, "positive"),
         (["-o", "nowhere/a.vtk"], 1, "no folder nowhere"),
-        (["-o", "a.xyz"], 1, "'.xyz'"),
-        (["-o", "ball.off"], 1, "'.off'"),
-        (["--png", "a.jpg"], 1, "'.jpg'"),
+        (["-o", "a.xyz"], 2, "'.xyz'"),
+        (["-o", "ball.off"], 2, "'.off'"),
+        (["--png", "a.jpg"], 2, "'.jpg'"),
         (["--png", "a.png", "--no-png"], 2, "exclude"),
         (["--sauce", "3"], 2, "No such option"),
     ],
@@ -72,7 +72,7 @@ def test_failure_keeps_what_was_there() -> None:
     """A run that fails keeps an older result."""
     save_off(icosphere(0))
     Path("a.vtk").write_text("older")
-    assert run("geodesic", "ball.off", "--source", "99", "-o", "a.vtk").exit_code == 1
+    assert run("geodesic", "ball.off", "--source", "99", "-o", "a.vtk").exit_code == 2
     assert Path("a.vtk").read_text() == "older"
 
 

@@ -44,26 +44,18 @@ def test_no_film_without_opengl(command: str, folder: Path, monkeypatch: pytest.
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["--dt", "0"], ["positive", "0"]),
-        (["--dt", "-0.1"], ["positive", "-0.1"]),
-        (["--dt", "nan"], ["positive", "nan"]),
-        (["--steps", "0"], ["at least one step"]),
-        (["--every", "0"], ["at least one"]),
         (["FIELD", "hole.npy"], ["hole.npy", "row 7", "nan"]),
         (["FIELD", "short.npy"], ["short.npy", "79 rows", "80 faces"]),
         (["FIELD", "w.vtp:gale"], ["gale", "wind"]),
         (["FIELD", "w.vtp:u"], ["'u' is not a vector field"]),
         (["FIELD", "none.vtp:u"], ["none.vtp", "no such file"]),
         (["--color", "w.vtp:wind"], ["w.vtp:wind", "per vertex"]),
-        (["--color", "blob:42"], ["source 42 is not a vertex", "0 to 41"]),
-        (["-o", "flow.vtk"], ["'.vtk'"]),
         (["-o", "none/flow.pvd"], ["no folder none"]),
-        (["--gif", "flow.avi"], ["'.avi'"]),
         (["--csv", "none/flow.csv"], ["no folder none"]),
     ],
 )
 def test_refusals(command: str, arguments: list[str], words: list[str], folder: Path) -> None:
-    """Wrong fields, steps and outputs: exit code 1, one line, no file written."""
+    """Wrong fields and folders: exit code 1, one line, no file written."""
     spoiled_inputs()
     before = files(folder)
     option = {"advect": "--field", "fluid": "--init"}[command]
@@ -80,10 +72,18 @@ def test_refusals(command: str, arguments: list[str], words: list[str], folder: 
         (["--color", "plaid"], "'plaid' is no color"),
         (["--color", "blob:top"], "'top' is no source"),
         (["--dt", "soon"], "'soon'"),
+        (["--dt", "0"], "'0' is not a number"),
+        (["--dt", "-0.1"], "'-0.1' is not a number"),
+        (["--dt", "nan"], "'nan' is not a number"),
+        (["--steps", "0"], "'0' is not a whole number from 1"),
+        (["--every", "0"], "'0' is not a whole number from 1"),
+        (["--color", "blob:42"], "source 42 is not a vertex ... 0 to 41"),
+        (["-o", "flow.vtk"], "'.vtk'"),
+        (["--gif", "flow.avi"], "'.avi'"),
     ],
 )
 def test_usage(command: str, arguments: list[str], words: str, folder: Path) -> None:
-    """Unknown specs: exit code 2, the reason in the last line, no file written."""
+    """Wrong values of options: exit code 2, the reason in the last line, no file written."""
     option = {"advect": "--field", "fluid": "--init"}[command]
     answer = run(command, "ball.off", *[option if part == "FIELD" else part for part in arguments])
     assert answer.exit_code == 2
@@ -99,6 +99,10 @@ def test_usage(command: str, arguments: list[str], words: str, folder: Path) -> 
         (["--cfl", "1"], "--force none"),
         (["--scheme", "best"], "'best'"),
         (["--force", "wind"], "'wind'"),
+        (["--until", "0"], "--until ... not a number from"),
+        (["--cfl", "-1", "--force", "none"], "--cfl ... not a number from"),
+        (["--viscosity", "-1"], "--viscosity ... not 0 or a number from"),
+        (["--scheme", "handout", "--viscosity", "1"], "no viscosity"),
     ],
 )
 def test_fluid_usage(arguments: list[str], words: str, folder: Path) -> None:
@@ -115,10 +119,6 @@ def test_fluid_usage(arguments: list[str], words: str, folder: Path) -> None:
         (["fan.off"], "oriented manifold"),
         (["moebius.off"], "oriented manifold"),
         (["moebius.off", "--scheme", "handout"], "oriented manifold"),
-        (["ball.off", "--until", "0"], "until ... positive"),
-        (["ball.off", "--cfl", "-1", "--force", "none"], "cfl ... positive"),
-        (["ball.off", "--viscosity", "-1"], "viscosity"),
-        (["ball.off", "--scheme", "handout", "--viscosity", "1"], "no viscosity"),
         (["ball.off", "--restart", "none.npz"], "none.npz ... no such file"),
         (["ball.off", "--restart", "hole.npy"], "hole.npy ... no state"),
         (["ball.off", "--restart", "ball.off"], "ball.off ... no state"),
@@ -144,11 +144,11 @@ def test_a_frame_read_from_is_not_written_over(folder: Path) -> None:
 
 def test_a_step_too_long(folder: Path) -> None:
     """When a step is too long halfway, the frames so far form a valid series, and no film is written."""
-    arguments = ("--scheme", "fast", "--dt", "0.5", "--steps", "200", "--every", "1")
+    arguments = ("--scheme", "fast", "--dt", "0.15", "--steps", "200", "--every", "1")
     answer = run("fluid", "ball.off", *arguments, "--csv", "f.csv", "--gif", "f.gif")
     one_line(answer, "too long", "Courant number", "the largest")
     frames = series("ball.fluid.pvd")
-    assert 1 <= len(frames) == len(table("f.csv")) < 200
+    assert 1 < len(frames) == len(table("f.csv")) < 200
     assert all(np.isfinite(frame["velocity"]).all() for frame in frames)
     assert not Path("f.gif").exists()
     assert not [name for name in files(folder) if name.startswith(".")]

@@ -77,12 +77,12 @@ def test_bad_file(content: bytes | None, words: str) -> None:
 @pytest.mark.parametrize(
     ("mesh", "arguments", "code", "words"),
     [
-        ("ball.off", ["boundary"], 1, "the mesh has no boundary"),
-        ("ball.off", ["162"], 1, "source 162 is not a vertex ... 0 to 161"),
-        ("ball.off", ["3-99999999999999"], 1, "source 99999999999999 is not a vertex"),
-        ("ball.off", ["face:320"], 1, "face 320 ... 320 faces ... 0 to 319"),
-        ("ball.off", ["face:1:0.5,0.6,-0.1"], 1, "none may be negative"),
-        ("ball.off", ["face:1:0.5,0.6,0.1"], 1, "sum to 1.2"),
+        ("ball.off", ["boundary"], 2, "the mesh has no boundary"),
+        ("ball.off", ["162"], 2, "source 162 is not a vertex ... 0 to 161"),
+        ("ball.off", ["3-99999999999999"], 2, "source 99999999999999 is not a vertex"),
+        ("ball.off", ["face:320"], 2, "face 320 ... 320 faces ... 0 to 319"),
+        ("ball.off", ["face:1:0.5,0.6,-0.1"], 2, "none may be negative"),
+        ("ball.off", ["face:1:0.5,0.6,0.1"], 2, "sum to 1.2"),
         ("ball.off", ["@far.txt"], 1, "far.txt, line 3 ... source 900"),
         ("ball.off", ["@none.txt"], 1, "none.txt ... no such file"),
         ("ball.off", ["3;4"], 2, "'3;4' is no source"),

@@ -18,7 +18,7 @@ def folder(folder: Path) -> Path:
     return folder
 
 
-@pytest.mark.parametrize(("first", "then"), [([], TRACED), (TRACED, []), (TRACED, ["--tracers", "45"])])
+@pytest.mark.parametrize(("first", "then"), [([], TRACED), (TRACED, ["--tracers", "45"])])
 def test_restart_with_other_tracers(first: list[str], then: list[str], folder: Path) -> None:
     """A restart with a different number of tracers is refused."""
     run("fluid", "ball.off", *SHORT, *first, "-q")

@@ -44,13 +44,13 @@ def test_tolerances_are_checked(rtol):
         (["bad.npz", "bad.npz"], "bad.npz ... numpy file"),
         (["bad.mtx", "bad.mtx"], "bad.mtx ... Matrix Market"),
         (["bad.png", "bad.png"], "bad.png ... PNG"),
-        (["a.off", "a.off", "--rtol", "-1"], "rtol is -1"),
-        (["a.off", "a.off", "--rtol", "nan"], "rtol is nan"),
-        (["a.off", "a.off", "--rtol", "much"], "not a valid float"),
+        (["a.off", "a.off", "--rtol", "-1"], "--rtol ... '-1' is not a number from 0"),
+        (["a.off", "a.off", "--rtol", "nan"], "--rtol ... 'nan' is not a number from 0"),
+        (["a.off", "a.off", "--rtol", "much"], "'much' is not a number"),
         (["a.off", "a.off", "--ignore", "*"], "nothing is compared"),
         (["a.off", "a.off", "--diff", "d.png"], "--diff is for pictures"),
         (["a.off"], "Missing argument"),
-        (["folder.csv", "a.csv"], "folder.csv ... it is a folder"),
+        (["folder.csv", "a.csv"], "folder.csv is a folder"),
     ],
 )
 def test_trouble_is_not_a_difference(arguments, words, folder):

@@ -2,6 +2,8 @@
 
 import base64
 import re
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -217,3 +219,56 @@ def test_legacy_metadata_are_passed_over(tmp_path):
     result = read(path)
     assert (result["a"].tolist(), result["b"].tolist()) == ([1, 2], [3])
     np.testing.assert_array_equal(result.mesh.faces, MESH.faces)
+
+
+@pytest.mark.parametrize("extension", [*ALL, "ply"])
+def test_answers_are_active(tmp_path, extension):
+    """Viewers show the answer of a command first, and meshio finds every array of a .vtu."""
+    path = tmp_path / f"moo.{extension}"
+    fields = [Field("heat", "vertex", np.zeros(4)), Field("distance", "vertex", np.arange(4.0))]
+    fields += [Field("heat_gradient", "face", np.zeros((4, 3))), Field("direction", "face", np.ones((4, 3)))]
+    write(Result(MESH, fields), path)
+    opened = pyvista.read(path)
+    if extension == "ply":
+        assert b"property double quality" in path.read_bytes()
+    else:
+        assert opened.point_data.active_scalars_name == "distance"
+        assert opened.cell_data.active_vectors_name == "direction"
+    assert {field.name for field in read(path).fields} == {field.name for field in fields}
+    colors = [Field("vorticity", "vertex", np.zeros(4)), Field("color", "vertex", np.ones((4, 3)))]
+    write(Result(MESH, [*colors, Field("velocity", "face", np.ones((4, 3)))]), path)
+    if extension != "ply":
+        assert pyvista.read(path).point_data.active_scalars_name == "color"
+        assert pyvista.read(path).cell_data.active_vectors_name == "velocity"
+    np.testing.assert_array_equal(read(path)["color"], np.ones((4, 3)))
+
+
+#: Readers of our files, as the table of examples/reference/files.md lists them: arrays per vertex and per face.
+READERS = {
+    ("pyvista", "vtk"): "vertex face",
+    ("pyvista", "vtp"): "vertex face",
+    ("pyvista", "vtu"): "vertex face",
+    ("pyvista", "ply"): "",
+    ("meshio", "vtk"): None,
+    ("meshio", "vtp"): None,
+    ("meshio", "vtu"): "vertex face",
+    ("meshio", "ply"): None,
+}
+
+
+@pytest.mark.parametrize(("program", "extension"), READERS)
+def test_who_reads_what(tmp_path, program, extension):
+    """Each reader of the table finds the arrays that the table promises, and no more."""
+    path = tmp_path / f"moo.{extension}"
+    write(Result(MESH, [Field("u", "vertex", np.ones(4)), Field("v", "face", np.ones((4, 3)))]), path)
+    expected = READERS[program, extension]
+    if program == "pyvista":
+        opened = pyvista.read(path)
+        found = [*("vertex" for name in opened.point_data if name == "u")]
+        found += [*("face" for name in opened.cell_data if name == "v")]
+    else:
+        found_arrays = "*['vertex'] * ('u' in m.point_data), *['face'] * ('v' in m.cell_data)"
+        code = f"import meshio; m = meshio.read({str(path)!r}); print({found_arrays})"
+        answer = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+        found = answer.stdout.split() if answer.returncode == 0 else None
+    assert found == (expected if expected is None else expected.split())

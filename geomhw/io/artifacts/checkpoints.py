@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Mapping
+from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,7 @@ from geomhw.io.artifacts.arrays import read_numpy
 from geomhw.io.atomic import replacing
 from geomhw.io.file_content import read_bytes
 
-_DESCRIPTION = "description"
+_DESCRIPTION, _DIGEST = "description", "digest"
 
 
 def write_checkpoint(path: str | Path, description: Mapping[str, Any], arrays: Mapping[str, Any]) -> None:
@@ -27,8 +28,9 @@ def write_checkpoint(path: str | Path, description: Mapping[str, Any], arrays: M
     arrays
         Arrays by name.
     """
+    text = json.dumps(dict(description) | {_DIGEST: _digest(description, arrays)}, sort_keys=True)
     with replacing([path]) as (temporary,), temporary.open("wb") as stream:
-        everything: dict[str, Any] = {_DESCRIPTION: np.array(json.dumps(description, sort_keys=True)), **arrays}
+        everything: dict[str, Any] = {_DESCRIPTION: np.array(text), **arrays}
         np.savez(stream, **everything)
 
 
@@ -38,7 +40,7 @@ def read_checkpoint(path: str | Path) -> tuple[dict[str, Any], dict[str, Any]]:
     Raises
     ------
     FormatError
-        If the file does not exist or is not a checkpoint.
+        If the file cannot be read, is not a checkpoint, or is not as it was written.
     """
     data = read_bytes(Path(path))
     try:
@@ -48,7 +50,20 @@ def read_checkpoint(path: str | Path) -> tuple[dict[str, Any], dict[str, Any]]:
         description = json.loads(str(arrays.pop(_DESCRIPTION)))
         if not isinstance(description, dict):
             raise ValueError("its description is not of a run")
+        if description.pop(_DIGEST) != _digest(description, arrays):
+            raise ValueError("it is not as it was written")
         return description, arrays
     except Exception:  # zipfile, numpy and json each have their own errors
         name = Path(path).name
-        raise FormatError(f"{name} holds no state to restart from; give the .restart.npz of an earlier run") from None
+        raise FormatError(
+            f"{name} holds no state to restart from, or is damaged; give the .restart.npz of an earlier run"
+        ) from None
+
+
+def _digest(description: Mapping[str, Any], arrays: Mapping[str, Any]) -> str:
+    """SHA-256 of a description and of names, types, shapes and values of arrays, in hexadecimal."""
+    digest = sha256(json.dumps(description, sort_keys=True).encode())
+    for name, values in sorted(arrays.items()):
+        array = np.ascontiguousarray(values)
+        digest.update(f"{name} {array.dtype.str} {np.shape(values)} ".encode() + array.tobytes())
+    return digest.hexdigest()

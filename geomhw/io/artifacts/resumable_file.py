@@ -8,6 +8,7 @@ import json
 import os
 import shutil
 import time
+import zlib
 from collections.abc import Mapping
 from pathlib import Path
 from types import TracebackType
@@ -15,9 +16,12 @@ from typing import Any
 
 from geomhw.errors import FormatError
 from geomhw.io.atomic import replacing, reporting_errors, why_not_writable
+from geomhw.io.locks import lock_open_file
 
 #: Least seconds between two saves of the progress.
 INTERVAL = 1.0
+#: Bytes read at a time.
+_READ = 1 << 24
 
 
 class ResumableFile:
@@ -46,7 +50,8 @@ class ResumableFile:
     Raises
     ------
     FormatError
-        If the unfinished file belongs to another run, or the disk has no room for the whole file.
+        If the unfinished file belongs to another run, is damaged, is written by another process now, or the disk has
+        no room for the whole file.
     """
 
     def __init__(self, target: str | Path, run: Mapping[str, Any], start: bytes, size: int, suffix: str = "") -> None:
@@ -57,13 +62,23 @@ class ResumableFile:
         for path in (self.target, self.path, self.state):
             if reason := why_not_writable(path):
                 raise FormatError(f"cannot write {path.name}: {reason}")
-        self.done, self.note, self._length = self._progress()
-        self._require_room(size - self._length)
+        self._refuse_files_of_others()
+        self.done, self._length, self._checksum = 0, 0, 0
+        self.note: dict[str, Any] = {}
         with reporting_errors(self.path):
-            self._stream = self.path.open("r+b" if self._length else "wb", buffering=0)
-            self._stream.truncate(self._length)
-            self._stream.seek(self._length)
+            self._stream = self.path.open("ab", buffering=0)
+        try:
+            lock_open_file(self._stream, self.path)
+            self._resume(start)
+            self._require_room(size - self._length)
+        except BaseException:
+            is_empty = not os.fstat(self._stream.fileno()).st_size
+            self._stream.close()
+            if is_empty and not self.state.exists():
+                self.path.unlink(missing_ok=True)
+            raise
         if not self._length:
+            self._save()  # first, so that a killed run is known as one
             self._write(start)
 
     def append(self, data: bytes, done: int, note: Mapping[str, Any]) -> None:
@@ -111,35 +126,80 @@ class ResumableFile:
             while left:
                 left = left[self._stream.write(left) :]
         self._length += len(data)
+        self._checksum = zlib.crc32(data, self._checksum)
 
     def _save(self) -> None:
         with reporting_errors(self.path):
             os.fsync(self._stream.fileno())
         progress = {"run": self._run, "done": self.done, "bytes": self._length, "note": self.note}
+        progress["checksum"] = self._checksum
         with replacing([self.state]) as (temporary,):
-            temporary.write_text(json.dumps(progress, indent=2) + "\n", encoding="utf-8")
+            text = json.dumps(progress | {"progress_checksum": _checksum(progress)}, indent=2)
+            temporary.write_text(text + "\n", encoding="utf-8")
         self._saved = time.monotonic()
 
-    def _progress(self) -> tuple[int, dict[str, Any], int]:
-        """Units of this run that are done, the note, and the bytes written."""
-        if not (self.state.exists() and self.path.exists()):  # a kill at the end may leave one of them
-            return 0, {}, 0
-        advice = f"remove {self.state.name} and {self.path.name} to start anew"
+    def _refuse_files_of_others(self) -> None:
+        """Raise an error if one of the files is a link, or the unfinished file is not of a run."""
+        for path in (self.path, self.state):
+            if path.is_symlink():
+                raise FormatError(f"cannot write {path.name}: it is a link; remove it, or take another name")
+        if self.path.exists() and self.path.stat().st_size and not self.state.exists():
+            raise FormatError(
+                f"cannot write {self.path.name}: it is there, and not of an interrupted run, which would have "
+                f"{self.state.name} beside it; remove it, or take another name"
+            )
+
+    def _resume(self, start: bytes) -> None:
+        """Read the progress of an interrupted run, and cut the unfinished file to the bytes that it counts."""
+        size = self.path.stat().st_size
+        if self.state.exists() and size:  # a kill at the end may leave the progress alone
+            found = self._progress()
+            if size < found["bytes"]:
+                raise FormatError(f"{self.path.name} is shorter than {self.state.name} says; {self._advice}")
+            if found["bytes"]:
+                self._require_bytes(found, start)
+                self.done, self.note = found["done"], found["note"]
+                self._length, self._checksum = found["bytes"], found["checksum"]
+        with reporting_errors(self.path):
+            self._stream.truncate(self._length)
+
+    @property
+    def _advice(self) -> str:
+        return f"remove {self.state.name} and {self.path.name} to start anew"
+
+    def _progress(self) -> dict[str, Any]:
+        """The progress of an interrupted run, if it is of this run and as it was saved."""
         try:
             found = json.loads(self.state.read_text(encoding="utf-8"))
-            run, done, length, note = found["run"], int(found["done"]), int(found["bytes"]), dict(found["note"])
-            is_whole = self.path.stat().st_size >= length > 0
-        except (OSError, ValueError, KeyError, TypeError):
-            raise FormatError(f"{self.state.name} is not the state of a run; {advice}") from None
+            run, is_whole = found["run"], found.pop("progress_checksum") == _checksum(found)
+            run.keys(), found["bytes"], found["done"], found["note"], found["checksum"]
+        except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
+            raise FormatError(f"{self.state.name} is not the state of a run; {self._advice}") from None
         for name in sorted(run.keys() | self._run.keys()):
             if run.get(name) != self._run.get(name):
-                raise FormatError(f"{self.state.name} is of a run with another {name}; {advice}, or take another name")
+                advice = f"{self._advice}, or take another name"
+                raise FormatError(f"{self.state.name} is of a run with another {name}; {advice}")
         if not is_whole:
-            raise FormatError(f"{self.path.name} is shorter than {self.state.name} says; {advice}")
-        return done, note, length
+            raise FormatError(f"{self.state.name} is damaged; {self._advice}")
+        return dict(found)
+
+    def _require_bytes(self, found: Mapping[str, Any], start: bytes) -> None:
+        """Raise an error if the finished bytes are not those that were written."""
+        checksum, left = 0, found["bytes"]
+        with reporting_errors(self.path), self.path.open("rb") as stream:
+            is_ours = stream.read(len(start)) == start
+            stream.seek(0)
+            while left and (data := stream.read(min(left, _READ))):
+                checksum, left = zlib.crc32(data, checksum), left - len(data)
+        if left or not is_ours or checksum != found["checksum"]:
+            raise FormatError(f"{self.path.name} is damaged; {self._advice}")
 
     def _require_room(self, needed: int) -> None:
         free = shutil.disk_usage(self.target.parent).free
         if needed > free:
             sizes = f"it takes {needed / 1e6:,.3f} MB, and there is room for {free / 1e6:,.3f} MB"
             raise FormatError(f"cannot write {self.target.name}: {sizes}; make room, or write to another disk")
+
+
+def _checksum(progress: Mapping[str, Any]) -> int:
+    return zlib.crc32(json.dumps(progress, sort_keys=True).encode())

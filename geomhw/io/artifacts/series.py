@@ -64,6 +64,7 @@ class SeriesWriter:
         self.index = self.path.with_suffix(".vtp.series")
         self.tracer_index = self.path.with_suffix(".tracers.vtp.series")
         self.state = self.path.with_suffix(".restart.npz")
+        self._former = self._files_of_index()
 
     def add(self, time: float, result: Result, tracers: Cloud | None = None) -> None:
         """Write the next frame and the indices that name it.
@@ -96,6 +97,30 @@ class SeriesWriter:
             for temporary, text in zip(temporaries, texts.values(), strict=True):
                 temporary.write_text(text, encoding="utf-8")
         self.frames = frames
+
+    def remove_former(self) -> list[str]:
+        """Remove the files of an earlier series of this name that are not of this one, and return their names."""
+        kept = {name for frame in self.frames for name in (frame.file, frame.tracers)}
+        kept |= {self.tracer_index.name} if any(frame.tracers for frame in self.frames) else set()
+        removed = []
+        for name in self._former:
+            path = self.path.parent / name
+            if name not in kept and path.is_file():
+                path.unlink()
+                removed.append(name)
+        self._former = []
+        return removed
+
+    def _files_of_index(self) -> list[str]:
+        """The files that an existing index names and that are named as ours are."""
+        if not self.path.is_file():
+            return []
+        try:
+            frames = read_series(self.path)
+        except FormatError:
+            return []
+        names = [name for frame in frames for name in (frame.file, frame.tracers) if name and self._is_ours(name)]
+        return [*names, self.tracer_index.name] if any(frame.tracers for frame in frames) else names
 
     def writes(self, path: Path) -> bool:
         """Return whether a file is one that this series would write, under any name."""

@@ -3,6 +3,7 @@
 Hand-written because meshio reads a damaged coordinate as NaN and drops face arrays, and VTK repeats the last number.
 """
 
+import re
 from array import array
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -17,6 +18,7 @@ from geomhw.errors import FormatError
 from geomhw.io.formats.build_result import build_result, counted
 from geomhw.io.formats.number_parsing import cast_exactly
 from geomhw.io.formats.ply_header import ORDERS, Element, Property, read_header
+from geomhw.io.formats.ply_write import QUALITY
 from geomhw.io.formats.polygons import Polygons, ranges, strip_triangles
 from geomhw.io.formats.text_file import NumberRows, TextFile
 from geomhw.results import Result
@@ -48,6 +50,9 @@ def read_ply(name: str, data: bytes) -> Result:
             remarks.append(f"left out {counted(surplus, 'byte')} after the last element")
     else:
         found, ignored = _text_elements(name, elements, data, start, remarks)
+    copied = re.search(rf"\n{QUALITY} (\S+)\s".encode(), data[:start])
+    if copied and copied[1].decode("ascii", "replace") in found.get("vertex", {}):
+        found["vertex"].pop("quality", None)
     return _result(name, found, ignored, remarks)
 
 

@@ -12,23 +12,33 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geomhw.errors import FieldError
+from geomhw.io.formats.vtk_write import active_arrays, arrays_at
 from geomhw.options import Location
 from geomhw.results import Field, Result
 
 _NAMES = {"<f8": "double", "|i1": "char", "|u1": "uchar", "<i2": "short", "<u2": "ushort", "<i4": "int", "<u4": "uint"}
 #: Rows written at a time.
 _ROWS = 1 << 12
+#: Remark before the name of the array that ``quality`` repeats: MeshLab shows the property of that name.
+QUALITY = "comment quality is a copy of"
 _Column = tuple[str, NDArray[Any]]
 
 
 def write_ply(result: Result, path: Path) -> None:
-    """Write the mesh and its fields; vectors ``v`` become ``v_x v_y v_z``, arrays of other widths ``v_0 v_1 ...``."""
+    """Write the mesh and its fields; vectors ``v`` become ``v_x v_y v_z``, arrays of other widths ``v_0 v_1 ...``.
+
+    The scalar that viewers show first is there twice, as ``quality`` too.
+    """
     mesh = result.mesh
     axes = [(axis, mesh.vertices[:, k]) for k, axis in enumerate("xyz")]
     vertex = axes + _columns(result, "vertex")
+    copied = _active_scalar(result)
     face = _columns(result, "face")
     header = ["ply", "format binary_little_endian 1.0", "comment geomhw"]
     header += [_comment(field) for field in result.fields if field.location == "mesh"]
+    if copied:
+        header.append(f"{QUALITY} {copied}")
+        vertex.append(("quality", dict(vertex)[copied]))
     header += [f"element vertex {mesh.n_vertices}", *_declarations(vertex)]
     header += [f"element face {mesh.n_faces}", "property list uchar int vertex_indices", *_declarations(face)]
     header += ["end_header", ""]
@@ -37,6 +47,13 @@ def write_ply(result: Result, path: Path) -> None:
         stream.write("\n".join(header).encode("ascii"))
         stream.writelines(_records(vertex))
         stream.writelines(_records(corners + face))
+
+
+def _active_scalar(result: Result) -> str:
+    """The column of the scalar that viewers show first, "" if there is none, or an array is named quality."""
+    arrays = arrays_at(result, "vertex")
+    scalar, _ = active_arrays([array for array in arrays if array[1].ndim == 1])
+    return _plain(scalar[0]) if scalar and all(_plain(name) != "quality" for name, _ in arrays) else ""
 
 
 def _columns(result: Result, location: Location) -> list[_Column]:

@@ -20,6 +20,8 @@ _TYPES = {"i1": "char", "u1": "unsigned_char", "i2": "short", "u2": "unsigned_sh
 _TYPES |= {"u4": "unsigned_int", "i8": "vtktypeint64", "u8": "vtktypeuint64", "f4": "float", "f8": "double"}
 #: Rows written at a time.
 _ROWS = 1 << 13
+#: Fields that answer the question of a command; viewers show them first.
+_ANSWERS = ("distance", "color", "transported", "direction", "velocity")
 _Array = tuple[str, NDArray[Any]]
 
 
@@ -42,6 +44,14 @@ def arrays_at(result: Result | Cloud, location: Location) -> list[_Array]:
     return [(field.name, _storable(np.asarray(field.values))) for field in result.fields if field.location == location]
 
 
+def active_arrays(arrays: Sequence[_Array]) -> tuple[_Array | None, _Array | None]:
+    """Return the scalar and the vector that viewers show first: by name, else the first of each; RGB is a scalar."""
+    ranked = sorted(arrays, key=lambda array: _ANSWERS.index(array[0]) if array[0] in _ANSWERS else len(_ANSWERS))
+    scalar = next((array for array in ranked if array[1].ndim == 1 or array[0] == "color"), None)
+    vectors = (array for array in ranked if array[1].shape[1:] == (3,) and array[1].dtype.kind == "f")
+    return scalar, next((array for array in vectors if array is not scalar), None)
+
+
 def _storable(values: NDArray[Any]) -> NDArray[Any]:
     if values.dtype.kind == "b":
         values = values.astype(np.uint8)
@@ -51,13 +61,13 @@ def _storable(values: NDArray[Any]) -> NDArray[Any]:
 
 
 def _attributes(heading: str, arrays: Sequence[_Array]) -> Iterator[bytes]:
-    """The first scalar and the first vector under keywords, of which VTK reads one each; other arrays as a FIELD."""
+    """The active scalar and vector under keywords, of which VTK reads one each; other arrays as a FIELD."""
     if arrays:
         yield f"{heading}\n".encode()
-    scalar = next((array for array in arrays if array[1].ndim == 1), None)
-    vector = next((array for array in arrays if array[1].shape[1:] == (3,) and array[1].dtype.kind == "f"), None)
+    scalar, vector = active_arrays(arrays)
     if scalar is not None:
-        yield f"SCALARS {_word(scalar[0])} {_type(scalar[1])} 1\nLOOKUP_TABLE default\n".encode()
+        width = 1 if scalar[1].ndim == 1 else scalar[1].shape[1]
+        yield f"SCALARS {_word(scalar[0])} {_type(scalar[1])} {width}\nLOOKUP_TABLE default\n".encode()
         yield from _big_endian(scalar[1])
     if vector is not None:
         yield f"VECTORS {_word(vector[0])} {_type(vector[1])}\n".encode()

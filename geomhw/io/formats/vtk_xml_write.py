@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geomhw.arrays import Floats
-from geomhw.io.formats.vtk_write import arrays_at
+from geomhw.io.formats.vtk_write import active_arrays, arrays_at
 from geomhw.io.formats.xml_tree import UNWRITABLE
 from geomhw.results import Cloud, Result
 
@@ -64,8 +64,8 @@ def _write(
     piece = [
         _element("Points", [("Points", points)]),
         _element(cell_tag, cells),
-        _element("PointData", arrays_at(result, "vertex")),
-        _element("CellData", arrays_at(result, "face")),
+        _attributes("PointData", arrays_at(result, "vertex")),
+        _attributes("CellData", arrays_at(result, "face")),
     ]
     with path.open("wb") as stream:
         stream.write(f'<?xml version="1.0"?>\n{head}\n<{kind}>\n'.encode())
@@ -75,10 +75,17 @@ def _write(
         stream.write(f"</Piece>\n</{kind}>\n</VTKFile>\n".encode())
 
 
-def _element(name: str, arrays: _Arrays, tuples: bool = False) -> Iterator[bytes]:
+def _attributes(name: str, arrays: _Arrays) -> Iterator[bytes]:
+    """An element around its arrays that names the active scalar and vector."""
+    pairs = zip(("Scalars", "Vectors"), active_arrays(arrays), strict=True)
+    active = "".join(f' {kind}="{_attribute(array[0])}"' for kind, array in pairs if array)
+    return _element(name, arrays, active=active)
+
+
+def _element(name: str, arrays: _Arrays, tuples: bool = False, active: str = "") -> Iterator[bytes]:
     """An element around its arrays; nothing where it has none."""
     if arrays:
-        yield f"<{name}>\n".encode()
+        yield f"<{name}{active}>\n".encode()
         yield from chain.from_iterable(_data_array(*array, tuples) for array in arrays)
         yield f"</{name}>\n".encode()
 

@@ -1,0 +1,49 @@
+"""Signals that end a run: Ctrl-C, SIGTERM, SIGHUP. Each raises KeyboardInterrupt, once, and is remembered."""
+
+import os
+import signal
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+SIGNALS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
+#: Signals that have arrived, the first of which decides the exit code.
+arrived: list[int] = []
+
+
+def install() -> None:
+    """Handle the signals that this process does not ignore."""
+    for number in SIGNALS:
+        if signal.getsignal(number) not in (signal.SIG_IGN, None):
+            signal.signal(number, _interrupt)
+
+
+def exit_code() -> int:
+    """128 and the number of the first signal, by default of Ctrl-C."""
+    return 128 + (arrived or [signal.SIGINT])[0]
+
+
+@contextmanager
+def delayed() -> Iterator[None]:
+    """Delay the signals to the end of the block."""
+    if threading.current_thread() is not threading.main_thread():  # Python allows handlers in the main thread only
+        yield
+        return
+    waiting: list[int] = []
+    former = {number: signal.signal(number, lambda number, _: waiting.append(number)) for number in SIGNALS}
+    try:
+        yield
+    finally:
+        for number, handler in former.items():
+            signal.signal(number, handler)
+    if waiting:
+        signal.raise_signal(waiting[0])
+
+
+def _interrupt(number: int, frame: object) -> None:
+    """Raise KeyboardInterrupt at the first signal, let the second pass while files are cleaned up, end at the third."""
+    arrived.append(number)
+    if len(arrived) == 1:
+        raise KeyboardInterrupt
+    if len(arrived) > 2:
+        os._exit(exit_code())
