@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from geomhw.arrays import Floats, Ints
-from geomhw.errors import MeshError
+from geomhw.errors import ArgumentError, MeshError
 from geomhw.mesh.orientation import oriented
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.mesh.welding import distinct_points, first_nearby
@@ -73,8 +73,10 @@ def repair(mesh: TriangleMesh, tolerance: float | None = None) -> Repair:
 
     Raises
     ------
+    ArgumentError
+        If the tolerance is negative or more than the median length of an edge, or leaves no face.
     MeshError
-        If no face is left, or the tolerance is negative or more than the median length of an edge.
+        If all faces have zero area.
 
     Examples
     --------
@@ -86,7 +88,7 @@ def repair(mesh: TriangleMesh, tolerance: float | None = None) -> Repair:
     if tolerance is None:
         tolerance = weld_tolerance(mesh)
     if not 0 <= tolerance <= (median := float(np.median(mesh.edge_lengths))):
-        raise MeshError(
+        raise ArgumentError(
             f"vertices are joined within 0 to {median:.6g}, the median length of an edge, not {tolerance:g}"
         )
     first = _first_vertices(mesh.vertices, tolerance)
@@ -97,7 +99,7 @@ def repair(mesh: TriangleMesh, tolerance: float | None = None) -> Repair:
     a, b, c = corners.T
     kept = np.flatnonzero((a != b) & (b != c) & (c != a))
     if not len(kept):
-        raise MeshError(f"no face has three different vertices after vertices within {tolerance:.3g} are joined")
+        raise ArgumentError(f"no face has three different vertices after vertices within {tolerance:.3g} are joined")
     welded = TriangleMesh(mesh.vertices, corners[kept])
     sound = np.setdiff1d(np.arange(len(kept)), welded.degenerate_faces)
     steps["degenerate_faces"] = mesh.n_faces - len(sound)

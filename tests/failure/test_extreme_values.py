@@ -24,6 +24,7 @@ SHORT = {
     "vecdiffuse": ["-o", "r.vtp", "-q"],
     "helmholtz": ["--field", "f.npy", "-o", "r.vtp", "-q"],
     "compare": ["ball.off", "-q"],
+    "repair": ["-o", "r.ply", "-q"],
 }
 #: Numbers within texts, by option; # is the place of the number.
 SOURCES = ["#", "#-#", "face:#", "face:1:#,0,1", "near:#,0,0", "near:#,#,#", "near:0.1,0.1,#"]
