@@ -41,7 +41,7 @@ class TangentDomain:
         """Number of edges and of vertices without a tangent plane, for a report; without zeros."""
         single = without_duplicate_faces(self.mesh)
         edges = int(np.count_nonzero(single.edge_table.face_counts > 2))
-        vertices = len(pinched_vertices(single.faces, single.edge_table, single.n_vertices))
+        vertices = len(pinched_vertices(single.faces, single.edge_table))
         counts = {"non_manifold_edges": edges, "non_manifold_vertices": vertices}
         return {name: count for name, count in counts.items() if count}
 
