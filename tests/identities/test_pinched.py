@@ -1,6 +1,7 @@
 """Pinched vertices, where several fans of faces meet: results do not depend on the numbering."""
 
 from collections.abc import Callable
+from typing import get_args
 
 import numpy as np
 import pytest
@@ -10,8 +11,11 @@ from geomhw.flow.helmholtz import HelmholtzDecomposition
 from geomhw.flow.tangent_fields import energy
 from geomhw.io import read_mesh
 from geomhw.mesh.cut import cut_at_pinched_vertices
+from geomhw.mesh.surface_points import face_point
 from geomhw.mesh.topology import pinched_vertices
 from geomhw.mesh.triangle_mesh import TriangleMesh
+from geomhw.options import Connection
+from geomhw.transport.vector_heat import VectorHeat
 from support.hostile import Arrays, far_away, flipped, pinched_meshes, renumbered, rotated_corners
 from support.reference import needs_reference, reference
 
@@ -76,6 +80,57 @@ def test_harmonic_basis(name: str) -> None:
     result = HelmholtzDecomposition(mesh)
     for h in basis:
         np.testing.assert_allclose(result(h)["curl_free"], 0, atol=1e-12)
+
+
+def transported(mesh: Arrays, source: int, connection: Connection = "normals") -> tuple[np.ndarray, np.ndarray]:
+    """Return the diffused and the transported vectors of (1, 2, 3) at a vertex."""
+    result = VectorHeat(TriangleMesh(*mesh), "h2", connection).from_vertices([source], [[1.0, 2.0, 3.0]])
+    return result["diffused"], result["transported"]
+
+
+@pytest.mark.parametrize("connection", get_args(Connection))
+@pytest.mark.parametrize("name", MESHES)
+def test_transport(name: str, connection: Connection) -> None:
+    """Diffused and transported vectors are those before renumbering, flipping and moving, from any vertex."""
+    mesh = MESHES[name]
+    for source in (0, len(mesh[0]) // 3):  # pinched and not
+        given = transported(mesh, source, connection)
+        for seed in range(2):
+            other, places, _ = renumbered(mesh, seed)
+            same = transported(other, int(np.argsort(places)[source]), connection)
+            for vectors, before in zip(same, given, strict=True):
+                np.testing.assert_allclose(vectors, before[places], atol=1e-9)
+        for move in MOVES.values():
+            for vectors, before in zip(transported(move(mesh), source, connection), given, strict=True):
+                np.testing.assert_allclose(vectors, before, atol=1e-6)
+
+
+def test_transport_does_not_pass() -> None:
+    """Vectors stay on the part of their source; one at the pinched vertex starts in each, and values extend alike."""
+    mesh = TriangleMesh(*MESHES["hourglass"])
+    heat, upper, lower = VectorHeat(mesh), mesh.vertices[:, 2] > 1e-9, mesh.vertices[:, 2] < -1e-9
+    source = int(mesh.vertices[:, 2].argmax())
+    result = heat.from_vertices([source], [[1.0, 0.0, 0.0]])
+    length = np.linalg.norm(result["transported"], axis=1)
+    np.testing.assert_allclose(length[upper], 1)
+    assert not result["transported"][lower].any()
+    assert length[0] == pytest.approx(1)
+    assert (result.report["unreachable_vertices"], result.report["non_manifold_vertices"]) == (lower.sum(), 1)
+    both = heat.from_vertices([0], [[2.0, 0.0, 1.0]])
+    np.testing.assert_allclose(np.linalg.norm(both["transported"], axis=1), 2)
+    np.testing.assert_allclose(both["transported"][0], [2, 0, 0], atol=1e-9)
+    values = heat.extend([source], [7.0])
+    assert np.isnan(values[lower]).all()
+    np.testing.assert_allclose(values[~lower], 7)
+
+
+def test_transport_from_within_a_face() -> None:
+    """A vector in a face at a pinched vertex goes to the fan of that face only."""
+    mesh = TriangleMesh(*MESHES["hourglass"])
+    face = int(np.flatnonzero((mesh.faces == 0).any(axis=1))[0])
+    result = VectorHeat(mesh).from_sources(face_point(mesh, face), [mesh.opposite_edges[face, 0]])
+    side = mesh.vertices[:, 2] * mesh.face_centers[face, 2]
+    assert (np.linalg.norm(result["transported"], axis=1) > 0).tolist() == (side >= 0).tolist()
 
 
 @needs_reference
