@@ -1,3 +1,4 @@
+from .conservation import ConservationCheck as ConservationCheck
 from .conservative import ConservativeScheme as ConservativeScheme
 from .initial import harmonic as harmonic
 from .initial import rossby_haurwitz as rossby_haurwitz

@@ -8,6 +8,7 @@ from typing import get_args
 import numpy as np
 
 from geomhw.errors import ConvergenceError, FieldError
+from geomhw.fluid.conservation import ConservationCheck
 from geomhw.fluid.conservative import ConservativeScheme
 from geomhw.fluid.rk4 import RK4Scheme
 from geomhw.fluid.stable_fluids import StableFluidsScheme
@@ -102,8 +103,18 @@ class Snapshot:
     regular: bool
 
 
-def run(scheme: Scheme, state: FlowState, plan: Plan, force: Force | None = None) -> Iterator[Snapshot]:
+def run(
+    scheme: Scheme,
+    state: FlowState,
+    plan: Plan,
+    force: Force | None = None,
+    conservation: ConservationCheck | None = None,
+) -> Iterator[Snapshot]:
     """Step a scheme to the end of the plan, which is met exactly.
+
+    Parameters
+    ----------
+    conservation : records whether energy and enstrophy keep their bounds.
 
     Yields
     ------
@@ -112,7 +123,8 @@ def run(scheme: Scheme, state: FlowState, plan: Plan, force: Force | None = None
     Raises
     ------
     ConvergenceError
-        If a step is too long for the scheme; the message has the longest possible step.
+        If a step is too long for the scheme; the message has the longest possible step. If energy or enstrophy runs
+        away, see `ConservationCheck`.
     FieldError
         If the steps have a Courant number and the flow is at rest.
 
@@ -126,6 +138,7 @@ def run(scheme: Scheme, state: FlowState, plan: Plan, force: Force | None = None
     [0, 5, 10]
     """
     dt = step_length(scheme, state, plan)
+    conservation = conservation or ConservationCheck(scheme, state, force)
     if state.step == 0:
         yield Snapshot(state, dt, True)
     while not plan.ended(state):
@@ -138,6 +151,7 @@ def run(scheme: Scheme, state: FlowState, plan: Plan, force: Force | None = None
             state = scheme.step(state, dt, force)
         except ConvergenceError as error:
             raise _too_long(scheme, state, dt, force) or error from error
+        conservation.check(state, dt)
         regular = state.step % plan.every == 0 and not cut
         if regular or plan.ended(state):
             yield Snapshot(state, dt, regular)

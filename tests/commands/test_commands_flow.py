@@ -17,7 +17,7 @@ from geomhw.io import write
 from geomhw.io.artifacts import series as series_module
 from geomhw.mesh.primitives import grid
 from geomhw.results import Field, Result
-from support.flow_files import BALL, FILM, FINE, SHORT, both, series, spoiled_inputs, table, times
+from support.flow_files import BALL, FILM, FINE, SHORT, both, jagged, series, spoiled_inputs, table, times
 from support.messages import missing
 from support.pictures import needs_opengl
 from support.program import contents, files, run, save_off
@@ -285,6 +285,27 @@ def test_advect_through_a_boundary() -> None:
     assert (answer.exit_code, answer.stdout) == (1, "")
     assert not missing(answer.stderr, "grows without bound ... at step")
     assert all(np.isfinite(frame["color"]).all() for frame in series("f.pvd"))
+
+
+def test_fluid_that_gains_energy() -> None:
+    """A flow that gains energy without a force is stopped; its frames are whole. Growth below is a warning."""
+    mesh, V = jagged(18)
+    save_off(mesh, "jagged.off")
+    np.save("V.npy", V)
+    arguments = ("fluid", "jagged.off", "--init", "V.npy", "--scheme", "stable-fluids", "--force", "none", "--cfl", "2")
+    answer = run(*arguments, "--steps", "12", "--every", "1", "-o", "f.pvd")
+    assert (answer.exit_code, answer.stdout) == (1, "")
+    assert not missing(answer.stderr, "gains energy ... at step ... shorter time step")
+    assert len(series("f.pvd")) > 1
+    mesh, V = jagged(86)
+    save_off(mesh, "jagged.off")
+    np.save("V.npy", V)
+    answer = run(*arguments[:4], "--force", "none", "--cfl", "2", "--steps", "12", "--json")
+    assert answer.exit_code == 0
+    assert any(
+        not missing(line, "warning ... enstrophy ... from step ... times the bound")
+        for line in json.loads(answer.stdout)["remarks"]
+    )
 
 
 # -- interrupt and restart ---------------------------------------------------------------------------------------
