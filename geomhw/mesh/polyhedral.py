@@ -182,7 +182,7 @@ class PolyhedralSurface(ABC):
             return None
         one, other, _ = topology.inner_pairs(self.edge_table)
         components = int(topology.linked_components(one // 3, other // 3, self.n_faces).max()) + 1
-        fans = len(topology.corner_fans(self.faces, self.edge_table)[1])
+        fans = int(topology.fan_labels(self.faces, self.edge_table).max()) + 1
         return (2 * components - len(self.boundary_loops) - (fans - self.n_edges + self.n_faces)) // 2
 
     @cached_property

@@ -168,11 +168,8 @@ def duplicate_faces(edges: Edges) -> Ints:
     return np.stack([copies, firsts[copies]], axis=1)
 
 
-def corner_fans(faces: Ints, edges: Edges) -> tuple[Ints, Ints]:
-    """Label the fan of each corner, (m, 3), and return the vertex of each fan, (k,), ascending.
-
-    A fan is a group of faces at a vertex that are connected across edges at this vertex.
-    """
+def fan_labels(faces: Ints, edges: Edges) -> Ints:
+    """Label the fan of each corner, (3m,): faces at a vertex that are connected across edges at this vertex."""
     flat, of_halfedge = faces.ravel(), edges.of_faces.ravel()
     corners = np.arange(flat.size, dtype=np.int32).reshape(-1, 3)
     # The corners at the start and end of each halfedge; consecutive halfedges of one edge are linked.
@@ -184,7 +181,12 @@ def corner_fans(faces: Ints, edges: Edges) -> tuple[Ints, Ints]:
         np.concatenate([np.where(upward[side], end[side], far[side]) for end, far in (ends, ends[::-1])])
         for side in (order[meets], order[meets + 1])
     )
-    labels = linked_components(one, other, flat.size)
+    return linked_components(one, other, flat.size)
+
+
+def corner_fans(faces: Ints, edges: Edges) -> tuple[Ints, Ints]:
+    """Label the fan of each corner, (m, 3), and return the vertex of each fan, (k,), ascending."""
+    labels, flat = fan_labels(faces, edges), faces.ravel()
     vertex_of = np.empty(labels.max(initial=-1) + 1, dtype=flat.dtype)
     vertex_of[labels] = flat
     by_vertex = counting_order(vertex_of)

@@ -122,6 +122,7 @@ SLIVERS: dict[tuple[str, str], float | None] = {
     ("mixed_scales", "vecdiffuse"): 1e-4,
     ("far", "vecdiffuse"): 1e-6,
     ("far", "helmholtz"): 1e-6,
+    ("far", "fluid"): 1e-6,
 }
 MESHES = {name: make for name, make in HOSTILE.items() if name not in BEYOND}
 MESHES |= {name: (lambda mesh=mesh: mesh) for name, mesh in pinched_meshes().items()}
