@@ -136,6 +136,11 @@ def fluid(mesh_path: Path, choices: dict[str, Any], files: dict[str, Any], repor
             f"warning: {name} exceeds its bound from step {step} on, by up to {conservation.excess[name]:.3g} times "
             "the bound; take shorter steps"
         )
+    if conservation.color.since is not None:
+        lines.append(
+            f"warning: the color leaves its range from step {conservation.color.since} on, by up to "
+            f"{conservation.color.excess:.3g} times the width of the range; other schemes keep it"
+        )
     job.finish(mesh, {**choices, "frames": len(writer.rows), "first": first, "last": last}, lines)
 
 

@@ -51,6 +51,11 @@ def integrator_of(mesh: TriangleMesh, integrator: Integrator) -> Literal["bounde
 class ColorRange:
     """The range of a color, and how far and from which step on later colors leave it.
 
+    Parameters
+    ----------
+    color : (n,) or (n, k) array, or the least and the largest value of all.
+    most : excess at which `check` raises.
+
     Attributes
     ----------
     excess : float
@@ -63,20 +68,21 @@ class ColorRange:
     #: Excess below which a color counts as within its range.
     NOTICED = 0.01
 
-    def __init__(self, color: Floats) -> None:
+    def __init__(self, color: Floats, most: float = RUNAWAY) -> None:
+        self._most = most
         self._low, self._high = color.min(axis=0), color.max(axis=0)
         self._width = float(np.max(self._high - self._low) or np.abs(color).max() or 1.0)
         self.excess = 0.0
         self.since: int | None = None
 
     def check(self, color: Floats, step: int) -> None:
-        """Record the color of a step; ConvergenceError if it is `RUNAWAY` times the width away from the range."""
+        """Record the color of a step; ConvergenceError if it is too far from the range."""
         beyond = np.maximum(self._low - color.min(axis=0), color.max(axis=0) - self._high)
         excess = float(np.max(beyond)) / self._width
-        if not excess <= RUNAWAY:
+        if not excess <= self._most:
             raise ConvergenceError(
                 f"the color grows without bound: at step {step} it leaves its range by {excess:.3g} times the width of "
-                "the range; advect it by the bounded scheme, or take a shorter time"
+                "the range; take a scheme that keeps the range, or shorter steps"
             )
         if excess > self.NOTICED and self.since is None:
             self.since = step

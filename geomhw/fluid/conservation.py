@@ -3,8 +3,11 @@
 import math
 from collections.abc import Mapping
 
+import numpy as np
+
 from geomhw.arrays import dot
 from geomhw.errors import ConvergenceError
+from geomhw.flow.advection import ColorRange
 from geomhw.flow.tangent_fields import energy
 from geomhw.fluid.state import FlowState, Force, Scheme
 
@@ -15,10 +18,11 @@ RUNAWAY = {"energy": 2.0, "enstrophy": 10.0}
 
 
 class ConservationCheck:
-    """Compare energy and enstrophy of a run with their bounds.
+    """Compare energy, enstrophy and color of a run with their bounds.
 
     No scheme may gain energy but by the force: the square root of 2E grows by at most dt times the L2 norm of the
-    force. In vorticity form, and without a force, enstrophy does not grow either.
+    force. In vorticity form, and without a force, enstrophy does not grow either. The color keeps its range; it is
+    recorded if it does not.
 
     Parameters
     ----------
@@ -32,6 +36,7 @@ class ConservationCheck:
         By quantity, the largest share by which it exceeded its bound.
     since : dict
         By quantity, the first step at which this share was above `NOTICED`.
+    color : ColorRange
 
     References
     ----------
@@ -48,6 +53,8 @@ class ConservationCheck:
     ) -> None:
         self._scheme, self._force = scheme, force
         self._bounds = self._measure(state)
+        ends = (first["color_min"], first["color_max"]) if first else (state.color.min(), state.color.max())
+        self.color = ColorRange(np.array(ends), math.inf)
         if first:
             self._bounds = {name: first[name] for name in self._bounds}
             for step in range(state.step):
@@ -57,6 +64,7 @@ class ConservationCheck:
 
     def check(self, state: FlowState, dt: float) -> None:
         """Compare the state after a step of dt; ConvergenceError if a quantity runs away."""
+        self.color.check(state.color, state.step)
         self._allow_force(state.time - dt, dt)
         for name, value in self._measure(state).items():
             ratio = value / bound if (bound := self._bounds[name]) else 1.0

@@ -16,7 +16,8 @@ from geomhw.mesh.topology import pinched_vertices
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.options import Connection
 from geomhw.transport.vector_heat import VectorHeat
-from support.hostile import Arrays, far_away, flipped, pinched_meshes, renumbered, rotated_corners
+from support.hostile import Arrays, arrays, far_away, flipped, pinched_meshes, renumbered, rotated_corners
+from support.meshes import book
 from support.reference import needs_reference, reference
 
 MESHES = pinched_meshes()
@@ -69,6 +70,14 @@ def test_topology(name: str) -> None:
         assert cut.genus == pinched.genus
         assert len(pinched_vertices(cut.faces, cut.edge_table)) == 0
         assert cut_at_pinched_vertices(cut)[0] is cut
+
+
+def test_loops_of_non_manifold_meshes() -> None:
+    """The boundary of a book of three pages is a chain a page, in any numbering."""
+    mesh = arrays(book(3))
+    for seed in range(6):
+        other = TriangleMesh(*flipped(renumbered(mesh, seed)[0], seed))
+        assert [len(loop) for loop in other.boundary_loops] == [19, 19, 19]
 
 
 @pytest.mark.parametrize("name", MESHES)
