@@ -21,7 +21,8 @@ from geomhw_cli.specs import fields
         choice(
             "--integrator",
             Integrator,
-            "I + tD + t²D²/2, or the exponential up to rounding. Both split a step that is too large for them.",
+            "bounded: a scheme that keeps the range of the color. taylor3: the handout's I + tD + t²D²/2. expm: the "
+            "exponential up to rounding. auto: taylor3 on the handout's sphere, bounded elsewhere.",
             krylov="expm",
         ),
         options.TRACERS,
@@ -43,8 +44,9 @@ def advect(
 ) -> None:
     """Carry a color along a tangent field on MESH.
 
-    The color at time t is exp(-tD) applied to the initial color, where D is the derivative along the field. Without
-    -o, writes the series <stem>.advect.pvd with its frames to the current directory.
+    The color at time t is exp(-tD) applied to the initial color, where D is the derivative along the field. Where the
+    field enters through a boundary, it carries the initial color of the boundary in. Without -o, writes the series
+    <stem>.advect.pvd with its frames to the current directory.
 
     \b
     Arrays of a frame, per vertex: color (1 or 3 components). Per face: velocity. Field data: time.
@@ -55,20 +57,23 @@ def advect(
     Example, one turn in five pictures:
       geomhw advect data/torus.off --field rigid:z --color x --dt 0.1 --steps 63 --every 16 --gif turn.gif
     """
-    from geomhw.flow.flow_map import FlowMap, frames
+    from geomhw.flow.advection import ColorRange, flow_of, frames, integrator_of
 
     writer = FrameWriter.plan("advect", mesh_path, report, **files)
     job = writer.job
     mesh = job.read()
     with job.stage("compute and write"), progress("advect") as bar, writer.running():
-        flow = FlowMap(mesh, fields.field(field, mesh), integrator)
+        integrator = integrator_of(mesh, integrator)
+        flow = flow_of(mesh, fields.field(field, mesh), integrator)
+        color = fields.color(color_spec, mesh, job.remarks)
+        limits = ColorRange(color)
         tracer = pathlines = None
         if tracers:
             from geomhw.flow.pathlines import PathlineTracer
 
             tracer = PathlineTracer(mesh)
             pathlines = tracer.start(tracers)
-        for frame in frames(flow, fields.color(color_spec, mesh, job.remarks), dt, steps, every):
+        for frame in frames(flow, color, dt, steps, every, limits):
             cloud = None
             if tracer and pathlines:
                 pathlines = tracer.step(pathlines, flow.field, frame.report["time"])
@@ -82,4 +87,9 @@ def advect(
         f"time: {last['time']:.6g} in {steps} steps, {len(writer.rows)} frames",
         f"color: {last['color_min']:.4g} to {last['color_max']:.4g} at the end",
     ]
+    if limits.since is not None:
+        lines.append(
+            f"warning: the color leaves its range from step {limits.since} on, by up to {limits.excess:.3g} times the "
+            "width of the range; --integrator bounded keeps it"
+        )
     job.finish(mesh, parameters | {"integrator": integrator, "frames": len(writer.rows), "last": last}, lines)

@@ -90,6 +90,7 @@ def fluid(mesh_path: Path, choices: dict[str, Any], files: dict[str, Any], repor
       geomhw fluid data/sphere.off --init random:1 --force none --cfl 1 --until 1 --every 6 --gif flow.gif
       geomhw fluid data/genus2.off --steps 40 --every 10 --csv energy.csv
     """
+    from geomhw.fluid.conservation import ConservationCheck
     from geomhw.fluid.initial import top_jet
     from geomhw.fluid.run import run, scheme_of
     from geomhw.fluid.state import Diagnostics
@@ -117,8 +118,10 @@ def fluid(mesh_path: Path, choices: dict[str, Any], files: dict[str, Any], repor
             model = untraced.model if isinstance(untraced, VorticityScheme) else None
             velocity = fields.flow(choices["init"], mesh, model)
             state = scheme.start(velocity, fields.color(choices["color_spec"], mesh, job.remarks))
+        first = writer.rows[0] if writer.rows else None
+        conservation = ConservationCheck(scheme, state, force, first, plan.dt or 0.0)
     with job.stage("compute and write"), progress("fluid") as bar, writer.running():
-        for snapshot in run(scheme, state, plan, force):
+        for snapshot in run(scheme, state, plan, force, conservation):
             state = snapshot.state
             cloud = traced.cloud(state) if traced else None
             # An uninterrupted run passes the regular states too, and can be continued from them.
@@ -132,6 +135,16 @@ def fluid(mesh_path: Path, choices: dict[str, Any], files: dict[str, Any], repor
         lines.append(f"energy: {last['energy'] / first['energy']:.10g} of that at the start")
     if choices["scheme"] == "stable-fluids":
         lines.append("note: the handout's scheme damps the flow at every step, however short; others do not")
+    for name, step in conservation.since.items():
+        lines.append(
+            f"warning: {name} exceeds its bound from step {step} on, by up to {conservation.excess[name]:.3g} times "
+            "the bound; take shorter steps"
+        )
+    if conservation.color.since is not None:
+        lines.append(
+            f"warning: the color leaves its range from step {conservation.color.since} on, by up to "
+            f"{conservation.color.excess:.3g} times the width of the range; other schemes keep it"
+        )
     job.finish(mesh, {**choices, "frames": len(writer.rows), "first": first, "last": last}, lines)
 
 

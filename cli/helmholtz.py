@@ -9,6 +9,9 @@ from geomhw_cli.runtime.job import Job
 from geomhw_cli.specs.fields import array_files
 from geomhw_cli.specs.files import Spec
 
+#: Largest share of the energy in the harmonic part of a mesh without handles.
+SPURIOUS = 1e-9
+
 
 @command(
     OptionGroup(
@@ -54,8 +57,13 @@ def helmholtz(mesh_path: Path, field_spec: str, files: dict[str, Any], report: d
     answers = result.report
     shares = {name: answers["energy_shares"][name] for name in ("curl_free", "coexact", "harmonic")}
     lines = [f"{name.replace('_', '-')}: {share:.4%} of the energy" for name, share in shares.items()]
-    if answers["energy"] and (missing := abs(sum(shares.values()) - 1)) > 1e-6:
-        lines.append(f"warning: the energies of the parts miss the whole by {missing:.1e}; the mesh has slivers")
+    if pinched := answers.get("pinched_vertices", 0):
+        lines.append(
+            f"note: the mesh is cut open at {pinched} vertices where several fans of faces meet; potential and "
+            "stream_function are means over the fans there"
+        )
+    if mesh.genus == 0 and shares["harmonic"] > SPURIOUS:
+        lines.append("warning: the harmonic part is an effect of rounding, as the mesh has no handles; it has slivers")
     if (lost := answers["normal_part_removed"]) > 1e-12:
         lines.append(f"note: the part of the field normal to the faces ({lost:.4%} of the energy) is left out")
     job.finish(mesh, answers, lines)

@@ -21,7 +21,7 @@ CONSEQUENCES = {
     "isolated_vertices": "They stay in outputs, with distance inf, and cannot be sources.",
     "non_manifold_edges": "geodesic and advect pass to all of the faces, vecdiffuse uses the mean of their normals; "
     "fluid, helmholtz, tracers and the intrinsic connection refuse them.",
-    "non_manifold_vertices": "Distances and colors pass through, flow does not; the intrinsic connection refuses them.",
+    "non_manifold_vertices": "Distances and colors pass through, flows and transported vectors do not.",
     "inconsistent_edges": "vecdiffuse, fluid and helmholtz reverse the smaller part of the faces; geodesic and advect "
     "need no orientation.",
     "one_sided_pieces": "geodesic, vecdiffuse and advect accept them; fluid and helmholtz refuse them.",

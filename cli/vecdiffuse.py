@@ -8,7 +8,7 @@ import click
 from geomhw.options import Connection
 from geomhw_cli import options
 from geomhw_cli.options import OptionGroup, choice, command, option
-from geomhw_cli.runtime.job import Job, robust_line
+from geomhw_cli.runtime.job import Job, robust_line, time_line
 from geomhw_cli.specs.numbers import LARGEST, Number
 from geomhw_cli.specs.sources import SourceSpecs, shortened, source_line
 
@@ -110,13 +110,15 @@ def vecdiffuse(
     job.write(result, transport_picture)
     answers = result.report
     lines = [source_line(answers["sources"])]
-    lines += [f"dt: {step['t']:.6g} ({step['reason']})" for step in answers["times"]]
+    lines += [time_line(step, "dt") for step in answers["times"]]
     if "robust" in answers:
         lines.append(robust_line(answers["robust"]))
-    if crossings := answers.get("non_manifold_edges", 0) + answers.get("non_manifold_vertices", 0):
+    if pinched := answers.get("non_manifold_vertices", 0):
+        lines.append(f"note: vectors do not pass {pinched} vertices where several fans of faces meet")
+    if crossings := answers.get("non_manifold_edges", 0):
         lines.append(
-            f"warning: {crossings} edges or vertices are not manifold and have no tangent plane; transport there uses "
-            "the mean of the normals, which depends on the orientation of the faces"
+            f"warning: {crossings} edges are not manifold and have no tangent plane; transport there uses the mean of "
+            "the normals, which depends on the orientation of the faces"
         )
     if unreached := answers["unreachable_vertices"]:
         lines.append(f"warning: {unreached} vertices lie on components without a source; their vectors are 0")

@@ -13,7 +13,10 @@ SolverName = Literal["auto", "multigrid", "direct"]
 #: Parallel transport along an edge: the smallest rotation between vertex normals, or Levi-Civita.
 Connection = Literal["normals", "intrinsic"]
 #: exp(tA): three terms of the series, as in the handout, or the series to rounding.
-Integrator = Literal["taylor3", "expm"]
+FlowSeries = Literal["taylor3", "expm"]
+#: How a color is advected: by a scheme that keeps its range, or by exp(-tD). ``auto`` is ``taylor3`` on the handout's
+#: sphere, and ``bounded`` elsewhere.
+Integrator = Literal["auto", "bounded", "taylor3", "expm"]
 #: Time stepping of incompressible flow.
 SchemeName = Literal["conservative", "rk4", "stable-fluids"]
 #: What the stable-fluids scheme averages to vertices and back: the velocity, or its change.

@@ -177,9 +177,9 @@ def print_json(report: Mapping[str, Any]) -> None:
     click.echo(json.dumps(report, indent=2, allow_nan=False))
 
 
-def time_line(time: Mapping[str, Any]) -> str:
+def time_line(time: Mapping[str, Any], name: str = "time") -> str:
     """The report of a diffusion time in one line, as a multiple of h² first."""
-    return f"time: t = {time['t_over_h2']:.6g} h² = {time['t']:.6g} ({time['reason']})"
+    return f"{name}: t = {time['t_over_h2']:.6g} h² = {time['t']:.6g} ({time['reason']})"
 
 
 def robust_line(report: Mapping[str, Any]) -> str:

@@ -1,5 +1,8 @@
+from .advection import ColorRange as ColorRange
+from .advection import flow_of as flow_of
+from .advection import frames as frames
+from .bounded_flow import BoundedFlow as BoundedFlow
 from .flow_map import FlowMap as FlowMap
-from .flow_map import frames as frames
 from .harmonic import harmonic_basis as harmonic_basis
 from .helmholtz import HelmholtzDecomposition as HelmholtzDecomposition
 from .initial_fields import (
@@ -17,6 +20,7 @@ from .initial_fields import (
 from .initial_fields import (
     rotation_field as rotation_field,
 )
+from .passive_scalar import PassiveScalar as PassiveScalar
 from .pathlines import PathlineTracer as PathlineTracer
 from .stream_function import StreamFunctionSolver as StreamFunctionSolver
 from .streamlines import FacePoints as FacePoints

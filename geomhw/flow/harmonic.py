@@ -5,6 +5,7 @@ import scipy.sparse as sp
 
 from geomhw.arrays import Floats, Ints
 from geomhw.flow.stream_function import StreamFunctionSolver
+from geomhw.mesh.cut import cut_at_pinched_vertices
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.operators.boundary_loops import loop_representatives
 from geomhw.operators.curl import quarter_turn
@@ -21,7 +22,7 @@ def harmonic_basis(mesh: TriangleMesh, poisson: StreamFunctionSolver | None = No
 
     Parameters
     ----------
-    mesh : an oriented manifold, with or without boundary.
+    mesh : an oriented manifold, with or without boundary. It is cut open at pinched vertices.
     poisson : the solver of this mesh, if it exists already.
 
     Returns
@@ -39,11 +40,13 @@ def harmonic_basis(mesh: TriangleMesh, poisson: StreamFunctionSolver | None = No
     >>> harmonic_basis(torus(12, 6)).shape
     (2, 144, 3)
     """
+    given, mesh = mesh, cut_at_pinched_vertices(mesh)[0]
     forms = closed_forms(mesh)
     if not len(forms):
         return np.zeros((0, mesh.n_faces, 3))
     X = _face_fields(mesh, forms)
-    poisson = poisson or StreamFunctionSolver(mesh)
+    if poisson is None or mesh is not given:
+        poisson = StreamFunctionSolver(mesh)
     Div_X = divergence(mesh) @ X.reshape(len(X), -1).T
     f = np.stack([poisson(-poisson.gather(column)) for column in Div_X.T], axis=1)
     return _orthonormal(mesh, quarter_turn(mesh, X - (gradient(mesh) @ f).T.reshape(X.shape)))

@@ -4,14 +4,17 @@ V = ∇ζ + n x ∇ψ + H with ζ linear between vertices and ψ linear between 
 harmonic fields H have exactly two dimensions a handle.
 """
 
+from collections.abc import Callable
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
 
-from geomhw.arrays import Floats
+from geomhw.arrays import Floats, dot
+from geomhw.errors import ConvergenceError
 from geomhw.flow.tangent_fields import energy, tangential
+from geomhw.mesh.cut import cut_at_pinched_vertices
 from geomhw.mesh.geometry import corner_sum
 from geomhw.mesh.orientation import oriented
 from geomhw.mesh.triangle_mesh import TriangleMesh
@@ -29,6 +32,10 @@ from geomhw.results import Field, Result
 from geomhw.solvers.direct import DirectSolver
 from geomhw.solvers.nullspace import free_unknowns, without_mean
 
+#: Largest inner product of a part and the rest of the field, as a share of the energy; and most solves to reach it.
+ORTHOGONAL = 1e-11
+MOST_REFINEMENTS = 20
+
 
 class HelmholtzDecomposition:
     """Decompose face fields on one mesh; each Laplacian is factored on first use.
@@ -38,12 +45,19 @@ class HelmholtzDecomposition:
 
     Parameters
     ----------
-    mesh : need not be consistently oriented: the faces are oriented first, which affects the sign of ψ only.
+    mesh : need not be consistently oriented: the faces are oriented first, which affects the sign of ψ only. It is cut
+        open at pinched vertices, so that the parts do not depend on the numbering of vertices and faces.
+
+    Attributes
+    ----------
+    mesh : the mesh that is decomposed, oriented and cut open, with n' vertices.
 
     Raises
     ------
     MeshError
         If a face has zero area, an edge has more than two faces, or the surface is not orientable.
+    ConvergenceError
+        If the faces are so thin that rounding spoils the parts.
 
     References
     ----------
@@ -63,7 +77,8 @@ class HelmholtzDecomposition:
 
     def __init__(self, mesh: TriangleMesh) -> None:
         mesh.require_area()
-        self._given, self.mesh = mesh, oriented(mesh)
+        self._given = mesh
+        self.mesh, self._original = cut_at_pinched_vertices(oriented(mesh))
         self.mesh.require_oriented("the decomposition")
         self._gradient, self._divergence = gradient(self.mesh), divergence(self.mesh)
 
@@ -74,23 +89,45 @@ class HelmholtzDecomposition:
         -------
         Result. Per face: ``field`` (the tangential part, the sum of the others), ``curl_free`` ∇ζ, ``divergence_free``
         (= ``coexact`` + ``harmonic``), ``coexact`` n x ∇ψ, ``harmonic``. Per vertex: ``potential`` ζ and
-        ``stream_function`` ψ, averaged from the edge midpoints. The report has each part's share of the energy, the
-        integral of |V|².
+        ``stream_function`` ψ, averaged from the edge midpoints; at a pinched vertex, the mean over its copies. The
+        report has each part's share of the energy, the integral of |V|², and the number of pinched vertices.
         """
         V = tangential(self.mesh, field)
-        zeta = self.potential(V)
-        curl_free = self.gradient_of(zeta)
+        zeta, curl_free = self._closest(self._gradient_part, V)
         divergence_free = V - curl_free
-        psi, coexact = self.coexact(V)
+        psi, coexact = self._closest(self.coexact, V)
         harmonic = divergence_free - coexact
         parts = {"curl_free": curl_free, "divergence_free": divergence_free, "coexact": coexact, "harmonic": harmonic}
         functions = {"potential": zeta, "stream_function": edges_to_vertices(self.mesh, psi)}
         fields = [Field(name, "face", values) for name, values in ({"field": V} | parts).items()]
-        fields += [Field(name, "vertex", values) for name, values in functions.items()]
-        return Result(self._given, fields, _energy_report(self.mesh, np.asarray(field), V, parts))
+        fields += [Field(name, "vertex", self._at_given(values)) for name, values in functions.items()]
+        report = _energy_report(self.mesh, np.asarray(field), V, parts)
+        if pinched := len(np.unique(self._original[self._given.n_vertices :])):
+            report["pinched_vertices"] = pinched
+        return Result(self._given, fields, report)
+
+    def _gradient_part(self, field: Floats) -> tuple[Floats, Floats]:
+        """Return ζ, (n',), and ∇ζ, (m, 3), the closest to V."""
+        zeta = self.potential(field)
+        return zeta, self.gradient_of(zeta)
+
+    def _closest(self, solve: Callable[[Floats], tuple[Floats, Floats]], V: Floats) -> tuple[Floats, Floats]:
+        """Refine a function and its field until the field is orthogonal to the rest of V: on slivers rounding grows."""
+        function, part = solve(V)
+        areas, total = self.mesh.face_areas, energy(self.mesh, V)
+        for _ in range(MOST_REFINEMENTS):
+            if not abs(dot(areas, np.einsum("fx,fx->f", part, V - part))) > ORTHOGONAL * total:
+                return function, part
+            more, correction = solve(V - part)
+            function, part = function + more, part + correction
+        raise ConvergenceError("the parts do not become orthogonal: slivers of the mesh are too thin; remove them")
+
+    def _at_given(self, values: Floats) -> Floats:
+        """Mean over the copies of each vertex of the given mesh, (n,), of values, (n',)."""
+        return np.asarray(np.bincount(self._original, values) / np.bincount(self._original))
 
     def potential(self, field: Floats) -> Floats:
-        """Solve Sζ = -Div V for ζ, (n,), units of V times length, with zero mean on each component."""
+        """Solve Sζ = -Div V for ζ, (n',), units of V times length, with zero mean on each component."""
         components = self.mesh.components
         zeta = self._potential_solver(without_mean(-(self._divergence @ field.ravel()), components))
         return without_mean(zeta, components, self.mesh.vertex_areas)
@@ -104,7 +141,7 @@ class HelmholtzDecomposition:
         return np.asarray(field - self.gradient_of(self.potential(field)))
 
     def gradient_of(self, values: Floats) -> Floats:
-        """Return ∇u per face, (m, 3), for u, (n,)."""
+        """Return ∇u per face, (m, 3), for u, (n',)."""
         return np.asarray((self._gradient @ values).reshape(-1, 3))
 
     @cached_property

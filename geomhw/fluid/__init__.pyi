@@ -1,9 +1,9 @@
+from .conservation import ConservationCheck as ConservationCheck
 from .conservative import ConservativeScheme as ConservativeScheme
 from .initial import harmonic as harmonic
 from .initial import rossby_haurwitz as rossby_haurwitz
 from .initial import top_jet as top_jet
 from .initial import vortices as vortices
-from .passive_scalar import PassiveScalar as PassiveScalar
 from .rk4 import RK4Scheme as RK4Scheme
 from .run import Plan as Plan
 from .run import Snapshot as Snapshot

@@ -9,6 +9,7 @@ import numpy as np
 
 from geomhw.errors import ArgumentError, ConvergenceError
 from geomhw.flow.flow_map import require_possible_step
+from geomhw.fluid.conservation import ConservationCheck
 from geomhw.fluid.conservative import ConservativeScheme
 from geomhw.fluid.rk4 import RK4Scheme
 from geomhw.fluid.stable_fluids import StableFluidsScheme
@@ -105,8 +106,18 @@ class Snapshot:
     regular: bool
 
 
-def run(scheme: Scheme, state: FlowState, plan: Plan, force: Force | None = None) -> Iterator[Snapshot]:
+def run(
+    scheme: Scheme,
+    state: FlowState,
+    plan: Plan,
+    force: Force | None = None,
+    conservation: ConservationCheck | None = None,
+) -> Iterator[Snapshot]:
     """Step a scheme to the end of the plan, which is met exactly.
+
+    Parameters
+    ----------
+    conservation : records whether energy and enstrophy keep their bounds.
 
     Yields
     ------
@@ -115,7 +126,8 @@ def run(scheme: Scheme, state: FlowState, plan: Plan, force: Force | None = None
     Raises
     ------
     ConvergenceError
-        If a step is too long for the scheme; the message has the longest possible step.
+        If a step is too long for the scheme; the message has the longest possible step. If energy or enstrophy runs
+        away, see `ConservationCheck`.
     ArgumentError
         If the first step is impossible, the steps are too many, or they have a Courant number and the flow is at rest.
 
@@ -129,6 +141,7 @@ def run(scheme: Scheme, state: FlowState, plan: Plan, force: Force | None = None
     [0, 5, 10]
     """
     dt = step_length(scheme, state, plan)
+    conservation = conservation or ConservationCheck(scheme, state, force)
     _require_possible(scheme, state, plan, dt)
     start = Snapshot(state, dt, True) if state.step == 0 else None
     while not plan.ended(state):
@@ -141,6 +154,7 @@ def run(scheme: Scheme, state: FlowState, plan: Plan, force: Force | None = None
             state = scheme.step(state, dt, force)
         except ConvergenceError as error:
             raise _too_long(scheme, state, dt, force) or error from error
+        conservation.check(state, dt)
         if start:  # only now: a first step that is refused leaves no snapshot
             yield start
             start = None

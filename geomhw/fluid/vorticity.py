@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from geomhw.arrays import Floats
 from geomhw.errors import ConvergenceError, FieldError
 from geomhw.flow.harmonic import harmonic_basis
+from geomhw.flow.mass_correction import MassCorrection
 from geomhw.flow.stream_function import StreamFunctionSolver
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.operators.curl import curl_of, quarter_turn
@@ -20,16 +21,11 @@ from geomhw.operators.directional_derivative import DirectionalDerivative, fille
 from geomhw.operators.divergence import divergence
 from geomhw.operators.gradient import gradient
 from geomhw.operators.laplacian import backward_euler, stiffness
-from geomhw.operators.mass import consistent_mass
 from geomhw.solvers.direct import DirectSolver
 from geomhw.solvers.nullspace import without_mean
 
-#: Terms of the series M_c⁻¹ = (I + R + R² + ...) M⁻¹, R = I - M⁻¹M_c, in w = B q. With the lumped mass alone waves lag;
-#: each term reduces the lag by half or more.
-MASS_CORRECTIONS = 2
 
-
-class VorticityModel:
+class VorticityModel(MassCorrection):
     """The operators of the vorticity equation on one mesh, with one factorization for all steps.
 
     Parameters
@@ -40,7 +36,6 @@ class VorticityModel:
     Attributes
     ----------
     harmonic : (2g, m, 3) array, the orthonormal harmonic fields h_k.
-    areas, inverse_areas : (n,) arrays, the lumped mass M and M⁻¹; zero at a vertex without faces.
     loops : the unknowns of ψ that belong to boundary loops.
 
     Raises
@@ -51,11 +46,8 @@ class VorticityModel:
 
     def __init__(self, mesh: TriangleMesh) -> None:
         mesh.require_oriented("a flow")
-        self.mesh = mesh
-        self.areas = mesh.vertex_areas
-        self.inverse_areas = np.divide(1.0, self.areas, out=np.zeros_like(self.areas), where=self.areas > 0)
-        self._gradient, self._divergence, self._mass = gradient(mesh), divergence(mesh), consistent_mass(mesh)
-        self._R = (sp.eye_array(mesh.n_vertices) - sp.diags_array(self.inverse_areas) @ self._mass).tocsr()
+        super().__init__(mesh)
+        self._gradient, self._divergence = gradient(mesh), divergence(mesh)
         self._poisson = StreamFunctionSolver(mesh)
         self.loops = self._poisson.loops
         self.harmonic = harmonic_basis(mesh, self._poisson)
@@ -114,21 +106,6 @@ class VorticityModel:
     def vorticity(self, q: Floats) -> Floats:
         """Return w = B q, (n,), units 1/time."""
         return self.mass_corrected(self.inverse_areas * q)
-
-    def mass_corrected(self, density: Floats, terms: int = MASS_CORRECTIONS) -> Floats:
-        """Return B M d ≈ M_c⁻¹ M d, (n,) or (n, k), by the series in R: symmetric in q = M d, and without a solve."""
-        w = density
-        for _ in range(terms):
-            w = density + self._R @ w
-        return np.asarray(w)
-
-    def hyperdiffusion(self, w: Floats, alpha: Floats) -> Floats:
-        """Return R √α R √α R w, (n,) or (n, k): M times it is symmetric, semidefinite, and zero for constants.
-
-        On a wave of length L it is about (h/L)⁶ of its value on the shortest wave.
-        """
-        root = np.sqrt(alpha)
-        return np.asarray(self._R @ (root * (self._R @ (root * (self._R @ w)))))
 
     def jacobian(self, psi: Floats, c: Floats) -> sp.csr_array:
         """Assemble J_V, (n, n), antisymmetric, weak: row i is the integral of φ_i V·∇, V as in `velocity`."""

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from geomhw.arrays import Floats, dot
 from geomhw.errors import ArgumentError
-from geomhw.fluid.passive_scalar import PassiveScalar
+from geomhw.flow.passive_scalar import PassiveScalar
 from geomhw.fluid.state import FlowState, Force
 from geomhw.fluid.vorticity import VorticityModel
 from geomhw.mesh.triangle_mesh import TriangleMesh

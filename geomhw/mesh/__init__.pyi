@@ -1,4 +1,5 @@
 from .curvature import angle_defects as angle_defects
+from .cut import cut_at_pinched_vertices as cut_at_pinched_vertices
 from .diagnostics import Finding as Finding
 from .diagnostics import findings as findings
 from .diagnostics import mesh_summary as mesh_summary

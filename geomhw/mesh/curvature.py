@@ -27,6 +27,6 @@ def angle_defects(mesh: TriangleMesh) -> Floats:
     defects = 2 * np.pi - corner_sum(mesh.angles, mesh.faces, mesh.n_vertices)
     table = mesh.edge_table
     defects[mesh.edges[table.face_counts != 2]] = 0.0
-    defects[pinched_vertices(mesh.faces, table, mesh.n_vertices)] = 0.0
+    defects[pinched_vertices(mesh.faces, table)] = 0.0
     defects[mesh.unreferenced_vertices] = 0.0
     return np.asarray(defects)

@@ -75,7 +75,7 @@ def findings(mesh: TriangleMesh) -> list[Finding]:
         "duplicate_faces": mesh.duplicate_faces,
         "isolated_vertices": mesh.unreferenced_vertices,
         "non_manifold_edges": mesh.edges[mesh.edge_table.face_counts > 2],
-        "non_manifold_vertices": topology.pinched_vertices(mesh.faces, mesh.edge_table, mesh.n_vertices),
+        "non_manifold_vertices": topology.pinched_vertices(mesh.faces, mesh.edge_table),
         "inconsistent_edges": _inconsistent_edges(single, one_sided),
         "one_sided_pieces": _lowest(patches, one_sided),
         "coincident_vertices": _coincident(mesh),

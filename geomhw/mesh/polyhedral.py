@@ -174,11 +174,16 @@ class PolyhedralSurface(ABC):
 
     @property
     def genus(self) -> int | None:
-        """Sum of the genera of the components, (2c - b - χ)/2; None if the mesh is non-manifold or not orientable."""
+        """Sum of the genera of the components, (2c - b - χ)/2; None if an edge is non-manifold or the mesh one-sided.
+
+        At pinched vertices it is the genus of the surface that is cut open there: components are connected by edges.
+        """
         if not (self.is_edge_manifold and self.is_orientable):
             return None
-        doubled = 2 * self.n_components - len(self.boundary_loops) - self.euler_characteristic
-        return doubled // 2 if doubled >= 0 and doubled % 2 == 0 else None
+        one, other, _ = topology.inner_pairs(self.edge_table)
+        components = int(topology.linked_components(one // 3, other // 3, self.n_faces).max()) + 1
+        fans = int(topology.fan_labels(self.faces, self.edge_table).max()) + 1
+        return (2 * components - len(self.boundary_loops) - (fans - self.n_edges + self.n_faces)) // 2
 
     @cached_property
     def duplicate_faces(self) -> Ints:

@@ -108,26 +108,32 @@ def linked_components(one: Ints, other: Ints, size: int) -> Ints:
 def boundary_loops(faces: Ints, edges: Edges) -> list[Ints]:
     """Trace the closed chains of boundary vertices, each from its lowest vertex, in the direction of its faces.
 
-    Loops that touch at a vertex are separated there. At faces of opposite orientation a loop continues against them.
+    At a pinched vertex a loop stays within the fan by which it arrives, so it may pass a vertex several times. At faces
+    of opposite orientation a loop continues against them. At edges of more than two faces it is an open chain.
     """
-    border = halfedges(faces)[edges.face_counts[edges.of_faces] == 1].tolist()
+    outer = edges.face_counts[edges.of_faces] == 1
+    if not outer.any():
+        return []
+    fans, vertex_of = corner_fans(faces, edges, most=2)
+    border = halfedges(fans)[outer].tolist()
     onward: dict[int, list[int]] = {}
     for way in (0, 1):
         for number, edge in enumerate(border):
             onward.setdefault(edge[way], []).append(number)
     unused = set(range(len(border)))
     loops = []
-    for first in sorted(onward):
+    # Open chains start at their ends.
+    for first in sorted(onward, key=lambda fan: (len(onward[fan]) != 1, fan)):
         for start in onward[first]:
-            if start in unused and border[start][0] == first:
-                loops.append(frozen(np.array(_walk(border, onward, unused, start), dtype=faces.dtype)))
+            if start in unused and (border[start][0] == first or len(onward[first]) == 1):
+                loops.append(frozen(vertex_of[_walk(border, onward, unused, first, start)]))
     return loops
 
 
-def _walk(border: list[list[int]], onward: dict[int, list[int]], unused: set[int], start: int) -> list[int]:
-    """Follow unused boundary edges from the edge ``start`` until the walk closes or ends; return its vertices."""
+def _walk(border: list[list[int]], onward: dict[int, list[int]], unused: set[int], first: int, start: int) -> list[int]:
+    """Follow unused boundary edges from a fan by the edge ``start`` until the walk closes or ends; return its fans."""
     step: int | None = start
-    loop = [border[start][0]]
+    loop = [first]
     while step is not None:
         unused.remove(step)
         loop.append(sum(border[step]) - loop[-1])
@@ -163,20 +169,41 @@ def duplicate_faces(edges: Edges) -> Ints:
     return np.stack([copies, firsts[copies]], axis=1)
 
 
-def pinched_vertices(faces: Ints, edges: Edges, n: int) -> Ints:
-    """Return the vertices, ascending, whose faces form several fans: groups that share no edge at the vertex."""
+def fan_labels(faces: Ints, edges: Edges, most: int | None = None) -> Ints:
+    """Label the fan of each corner, (3m,): faces at a vertex that are connected across edges at this vertex.
+
+    most: of faces at an edge that connects; by default any number.
+    """
     flat, of_halfedge = faces.ravel(), edges.of_faces.ravel()
     corners = np.arange(flat.size, dtype=np.int32).reshape(-1, 3)
     # The corners at the start and end of each halfedge; consecutive halfedges of one edge are linked.
     ends = [np.roll(corners, -step, axis=1).ravel() for step in (1, 2)]
     upward = flat[ends[0]] < flat[ends[1]]
     order = counting_order(of_halfedge)
-    meets = np.flatnonzero(np.diff(of_halfedge[order]) == 0)
+    sorted_edges = of_halfedge[order]
+    joined = np.diff(sorted_edges) == 0
+    if most:
+        joined &= edges.face_counts[sorted_edges[1:]] <= most
+    meets = np.flatnonzero(joined)
     one, other = (
         np.concatenate([np.where(upward[side], end[side], far[side]) for end, far in (ends, ends[::-1])])
         for side in (order[meets], order[meets + 1])
     )
-    labels = linked_components(one, other, flat.size)
-    first = np.empty(labels.max(initial=-1) + 1, dtype=np.int64)
-    first[labels] = flat
-    return np.flatnonzero(np.bincount(first, minlength=n) > 1)
+    return linked_components(one, other, flat.size)
+
+
+def corner_fans(faces: Ints, edges: Edges, most: int | None = None) -> tuple[Ints, Ints]:
+    """Label the fan of each corner, (m, 3), as in `fan_labels`, and return the vertex of each fan, (k,), ascending."""
+    labels, flat = fan_labels(faces, edges, most), faces.ravel()
+    vertex_of = np.empty(labels.max(initial=-1) + 1, dtype=flat.dtype)
+    vertex_of[labels] = flat
+    by_vertex = counting_order(vertex_of)
+    rank = np.empty_like(by_vertex)
+    rank[by_vertex] = np.arange(len(by_vertex), dtype=rank.dtype)
+    return rank[labels].reshape(-1, 3), vertex_of[by_vertex]
+
+
+def pinched_vertices(faces: Ints, edges: Edges) -> Ints:
+    """Return the vertices, ascending, whose faces form several fans: groups that share no edge at the vertex."""
+    vertex_of = corner_fans(faces, edges)[1]
+    return np.unique(vertex_of[1:][vertex_of[1:] == vertex_of[:-1]])

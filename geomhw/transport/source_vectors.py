@@ -5,6 +5,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from geomhw.arrays import Complexes, Floats, Ints
 from geomhw.errors import ArgumentError, FieldError
+from geomhw.mesh.cut import cut_at_pinched_vertices
 from geomhw.mesh.surface_points import SurfacePoints
 from geomhw.mesh.tangent_frames import face_frames
 from geomhw.mesh.triangle_mesh import TriangleMesh
@@ -18,8 +19,8 @@ def source_frames(mesh: TriangleMesh, sources: SurfacePoints) -> Floats:
 
     Returns
     -------
-    (k, 2, 3) array: that of ``mesh.tangent_frames`` at a vertex; for a point inside a face, that of the face, with the
-    first vector along its first edge.
+    (k, 2, 3) array: that of ``mesh.tangent_frames`` at a vertex, for the fan of its first face if it has several; for
+    a point inside a face, that of the face, with the first vector along its first edge.
 
     Raises
     ------
@@ -37,7 +38,7 @@ def source_frames(mesh: TriangleMesh, sources: SurfacePoints) -> Floats:
     flat = np.isin(sources.faces, mesh.degenerate_faces)
     if (inside & flat).any():
         raise FieldError(f"face {sources.faces[inside & flat][0]} has zero area, so no tangent plane for a vector")
-    frames = mesh.tangent_frames[sources.corners[:, 0]]
+    frames = cut_at_pinched_vertices(mesh)[0].tangent_frames[sources.corners[:, 0]]
     faces = sources.faces[inside]
     frames[inside] = face_frames(mesh.opposite_edges[faces], mesh.face_normals[faces])
     return frames
@@ -54,24 +55,13 @@ def seeded_angle(seed: int) -> float:
     return float(360 * np.random.default_rng(seed).random())
 
 
-def tangent_vectors(mesh: TriangleMesh, sources: SurfacePoints, vectors: ArrayLike) -> tuple[SurfacePoints, Floats]:
-    """Check the vectors at sources, and project them to the tangent planes.
-
-    Parameters
-    ----------
-    vectors : (k, 3) array, one vector per source.
-
-    Returns
-    -------
-    sources : SurfacePoints
-        The d distinct sources.
-    tangent : (d, 3) array
-        The tangential part of their vectors.
+def checked_vectors(sources: SurfacePoints, vectors: ArrayLike) -> tuple[SurfacePoints, Floats]:
+    """Check the vectors at sources, (k, 3), and return the d distinct sources with their vectors, (d, 3).
 
     Raises
     ------
     FieldError
-        If a vector is zero, not finite or normal to the surface, or a source is given twice with different vectors.
+        If a vector is zero or not finite, or a source is given twice with different vectors.
     """
     given = np.atleast_2d(np.asarray(vectors, dtype=float))
     if given.shape != (len(sources), 3):
@@ -81,12 +71,42 @@ def tangent_vectors(mesh: TriangleMesh, sources: SurfacePoints, vectors: ArrayLi
     chosen, group = sources.distinct()
     other = (given != given[chosen][group]).any(axis=1)
     _refuse(other, sources, "source {} is given twice, with different vectors; give it once")
-    sources, given = sources[chosen], given[chosen]
-    frames = source_frames(mesh, sources)
-    tangent = np.einsum("sk,skx->sx", np.einsum("skx,sx->sk", frames, given), frames)
-    normal = np.linalg.norm(tangent, axis=1) <= LEAST_TANGENT_SHARE * np.linalg.norm(given, axis=1)
+    return sources[chosen], given[chosen]
+
+
+def tangent_vectors(
+    sources: SurfacePoints, given: Floats, mesh: TriangleMesh, fans: SurfacePoints, source: Ints
+) -> tuple[SurfacePoints, Floats, Floats]:
+    """Project vectors, (d, 3), at distinct sources to the tangent planes, at a pinched vertex to that of each fan.
+
+    Parameters
+    ----------
+    mesh : the mesh of the sources, cut open at pinched vertices.
+    fans, source : the sources on it, at a pinched vertex once for each fan, and the source of each, (q,).
+
+    Returns
+    -------
+    kept : SurfacePoints
+        Those of ``fans`` at which the vector is not normal.
+    parts : array of one tangential part for each of them.
+    tangent : (d, 3) array, the longest tangential part at each source.
+
+    Raises
+    ------
+    FieldError
+        If a vector is normal to the surface.
+    """
+    frames, vectors = source_frames(mesh, fans), given[source]
+    parts = np.einsum("sk,skx->sx", np.einsum("skx,sx->sk", frames, vectors), frames)
+    length = np.linalg.norm(parts, axis=1)
+    kept = length > LEAST_TANGENT_SHARE * np.linalg.norm(vectors, axis=1)
+    normal = ~np.isin(np.arange(len(sources)), source[kept])
     _refuse(normal, sources, "the vector at source {} is normal to the surface; give one with a tangential part")
-    return sources, tangent
+    fans, parts, source = fans[kept], parts[kept], source[kept]
+    tangent = np.empty_like(given)
+    ascending = np.argsort(length[kept], kind="stable")  # later writes win
+    tangent[source[ascending]] = parts[ascending]
+    return fans, parts, tangent
 
 
 def _refuse(bad: NDArray[np.bool_], sources: SurfacePoints, message: str) -> None:

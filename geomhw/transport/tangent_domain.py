@@ -5,12 +5,12 @@ from functools import cached_property
 import numpy as np
 import scipy.sparse as sp
 
-from geomhw.arrays import Complexes, Floats
+from geomhw.arrays import Complexes, Floats, Ints
 from geomhw.intrinsic.robust import RobustTriangulation
+from geomhw.mesh.cut import cut_at_pinched_vertices
 from geomhw.mesh.orientation import orientation_cover, without_duplicate_faces
 from geomhw.mesh.polyhedral import PolyhedralSurface
 from geomhw.mesh.surface_points import SurfacePoints
-from geomhw.mesh.topology import pinched_vertices
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.operators.connection_laplacian import complex_connection_stiffness
 from geomhw.operators.parallel_transport import from_complex, to_complex
@@ -21,14 +21,15 @@ from geomhw.transport.source_vectors import spread_to_corners
 class TangentDomain:
     """What vector diffusion needs of a mesh, for any time: built once.
 
-    cover: the mesh, consistently oriented; where it is one-sided, its orientation cover, on which both vertices of one
-    place carry the same vector. surface: the cover, or its robust triangulation. K: connection stiffness, (n, n),
-    complex Hermitian, in the frames of the cover.
+    base: the mesh, cut open at pinched vertices, with n' vertices. cover: the base, consistently oriented; where it is
+    one-sided, its orientation cover, on which both vertices of one place carry the same vector. surface: the cover, or
+    its robust triangulation. K: connection stiffness, complex Hermitian, in the frames of the cover.
     """
 
     def __init__(self, mesh: TriangleMesh, connection: Connection = "normals", robust: bool = False) -> None:
         self.mesh, self.connection = mesh, connection
-        self.cover = orientation_cover(mesh)
+        self.base, self._original = cut_at_pinched_vertices(mesh)
+        self.cover = orientation_cover(self.base)
         self.robust = RobustTriangulation.of(self.cover) if robust else None
         self.surface: PolyhedralSurface = self.robust.surface if self.robust else self.cover
         self.surface.require_area("robust=True")
@@ -38,29 +39,64 @@ class TangentDomain:
 
     @cached_property
     def crossings(self) -> dict[str, int]:
-        """Number of edges and of vertices without a tangent plane, for a report; without zeros."""
+        """Number of edges without a tangent plane and of vertices with several, for a report; without zeros."""
         single = without_duplicate_faces(self.mesh)
         edges = int(np.count_nonzero(single.edge_table.face_counts > 2))
-        vertices = len(pinched_vertices(single.faces, single.edge_table, single.n_vertices))
+        vertices = len(np.unique(self._original[self.mesh.n_vertices :]))
         counts = {"non_manifold_edges": edges, "non_manifold_vertices": vertices}
         return {name: count for name, count in counts.items() if count}
 
+    def split(self, sources: SurfacePoints) -> tuple[SurfacePoints, Ints]:
+        """The sources on the base, at a pinched vertex once for each copy, and the source of each."""
+        if self.base is self.mesh:
+            return sources, np.arange(len(sources))
+        copies, inside = np.bincount(self._original), sources.faces >= 0
+        count = np.where(inside, 1, copies[sources.corners[:, 0]])
+        source = np.repeat(np.arange(len(sources)), count)
+        number = np.arange(len(source)) - np.repeat(np.cumsum(count) - count, count)
+        fans = sources[source]
+        corners, inside = fans.corners.copy(), inside[source]
+        corners[inside] = self.base.faces[fans.faces[inside]]
+        start = np.cumsum(copies) - copies
+        vertices = np.argsort(self._original, kind="stable")[start[corners[~inside, 0]] + number[~inside]]
+        corners[~inside] = vertices[:, None]
+        return SurfacePoints(fans.faces, corners, fans.weights), source
+
     def source_field(self, sources: SurfacePoints, tangent: Floats) -> Complexes:
-        """Y0 on the cover, from tangent vectors at sources, (k, 3)."""
-        y0 = spread_to_corners(self.mesh, sources, tangent)
-        if self.cover is self.mesh:
+        """Y0 on the cover, from tangent vectors at sources on the base, (k, 3)."""
+        y0 = spread_to_corners(self.base, sources, tangent)
+        if self.cover is self.base:
             return y0
-        return to_complex(self.cover, self.lifted(from_complex(self.mesh, y0)))
+        return to_complex(self.cover, self._lifted(from_complex(self.base, y0)))
 
     def impulse(self, sources: SurfacePoints, values: Floats | float = 1.0) -> Floats:
-        """`SurfacePoints.impulse` on the cover."""
-        return self.lifted(sources.impulse(self.mesh.n_vertices, values))
+        """`SurfacePoints.impulse` on the cover, from sources on the base."""
+        return self._lifted(sources.impulse(self.base.n_vertices, values))
 
     def lifted(self, values: Floats) -> Floats:
         """Values per vertex of the mesh as values per vertex of the cover."""
-        times = self.cover.n_vertices // self.mesh.n_vertices
+        return self._lifted(values[self._original])
+
+    def _lifted(self, values: Floats) -> Floats:
+        """Values per vertex of the base as values per vertex of the cover."""
+        times = self.cover.n_vertices // self.base.n_vertices
         return np.concatenate([values] * times) if times > 1 else values
 
-    def vectors(self, z: Complexes) -> Floats:
-        """Tangent vectors, (n, 3), at the vertices of the mesh, from complex numbers on the cover."""
-        return from_complex(self.cover, z)[: self.mesh.n_vertices]
+    def answering(self, log: Floats, z: Complexes | None = None) -> Ints:
+        """Return the vertex of the cover that answers for each vertex of the mesh, (n,).
+
+        Of several copies it is the one with the largest size, given by its logarithm on the cover. Of equal ones it is
+        that with the lexicographically largest vector, so that the numbering does not matter.
+        """
+        n, count = self.mesh.n_vertices, self.base.n_vertices
+        if self.base is self.mesh:
+            return np.arange(n)
+        keys = np.round(log[:count], 9)[None]
+        if z is not None:
+            keys = np.concatenate([keys, np.round(from_complex(self.cover, z)[:count].T, 9)])
+        order = np.lexsort((*-keys[::-1], self._original))
+        return order[np.unique(self._original[order], return_index=True)[1]]
+
+    def vectors(self, z: Complexes, where: Ints) -> Floats:
+        """Tangent vectors, (n, 3), at vertices of the cover, from complex numbers on it."""
+        return from_complex(self.cover, z)[where]

@@ -24,7 +24,7 @@ from geomhw.options import Connection, SolverName
 from geomhw.results import Field, Result
 from geomhw.solvers.direct import DirectSolver
 from geomhw.solvers.log_scaled import LogValues, in_reach
-from geomhw.transport.source_vectors import seeded_angle, tangent_vectors, unit_vectors
+from geomhw.transport.source_vectors import checked_vectors, seeded_angle, source_frames, tangent_vectors, unit_vectors
 from geomhw.transport.tangent_domain import TangentDomain
 
 
@@ -93,13 +93,15 @@ class VectorHeat:
 
         Parameters
         ----------
-        vectors : (k, 3) array, of which the tangential parts count; within a face, the part in its plane.
+        vectors : (k, 3) array, of which the tangential parts count; within a face, the part in its plane; at a vertex
+            with several fans of faces, the part in the plane of each.
 
         Returns
         -------
         Result with these fields per vertex, tangent and zero on components without a source: ``diffused`` Y, with
         (M + tK) Y = Y0, where a vector within a face gives its shares to the corners; ``transported``, the vectors
-        carried along shortest paths, with their lengths.
+        carried along shortest paths, with their lengths. Vectors do not pass a vertex where several fans meet; it has
+        the vector of the fan where the diffused one is longest.
 
         Raises
         ------
@@ -108,18 +110,20 @@ class VectorHeat:
             vectors.
         """
         domain = self._domain
-        sources, tangent = tangent_vectors(self.mesh, sources, vectors)
-        y0 = domain.source_field(sources, tangent)
-        indicator = self._heat.from_impulse(domain.impulse(sources))  # φ with (M + tS) φ = Σ δ
-        diffused, direction = self._diffused(y0, indicator)  # Y with (M + tK) Y = Y0, and Y/|Y|
-        length = self._extended_lengths(sources, tangent, indicator)  # u/φ with (M + tS) u = Σ |X| δ
+        sources, given = checked_vectors(sources, vectors)
+        fans, parts, tangent = tangent_vectors(sources, given, domain.base, *domain.split(sources))
+        y0 = domain.source_field(fans, parts)
+        indicator = self._heat.from_impulse(domain.impulse(fans))  # φ with (M + tS) φ = Σ δ
+        diffused, direction, log = self._diffused(y0, indicator)  # Y with (M + tK) Y = Y0, Y/|Y| and log |Y|
+        length = self._extended_lengths(fans, parts, indicator)  # u/φ with (M + tS) u = Σ |X| δ
         transported = direction * length
-        self._restore_sources(transported, sources, tangent)
-        reached = np.isfinite(indicator.log)
+        self._restore_sources(transported, fans, parts)
+        where = domain.answering(log, transported)
         fields = [
-            Field("diffused", "vertex", domain.vectors(diffused)),
-            Field("transported", "vertex", domain.vectors(transported)),
+            Field("diffused", "vertex", domain.vectors(diffused, where)),
+            Field("transported", "vertex", domain.vectors(transported, where)),
         ]
+        reached = np.isfinite(indicator.log)[where]
         return Result(self.mesh, fields, self._report(sources, tangent, reached), sources, tangent)
 
     def diffuse(self, vectors: Floats) -> Floats:
@@ -128,7 +132,8 @@ class VectorHeat:
         Equal to the 3n x 3n solution; it fades with distance, and below 1e-308 to zero.
         """
         domain = self._domain
-        return domain.vectors(self._solver(to_complex(domain.cover, domain.lifted(vectors))))
+        y = self._solver(to_complex(domain.cover, domain.lifted(vectors)))
+        return domain.vectors(y, domain.answering(_log_size(y), y))
 
     def extend(self, sources: Sequence[int] | Ints, values: ArrayLike) -> Floats:
         """Return values at source vertices, (k,), carried to all vertices along shortest paths, (n,).
@@ -141,28 +146,29 @@ class VectorHeat:
         """
         named = vertex_points(self.mesh, sources)
         chosen = named.distinct()[0]
-        given = np.asarray(values, dtype=float)[chosen]
-        indicator = self._heat.from_impulse(self._domain.impulse(named[chosen]))
-        extended = self._ratio(self._domain.impulse(named[chosen], given), indicator)
+        fans, source = self._domain.split(named[chosen])
+        given = np.asarray(values, dtype=float)[chosen][source]
+        indicator = self._heat.from_impulse(self._domain.impulse(fans))
+        extended = self._ratio(self._domain.impulse(fans, given), indicator)
         known = np.where(np.isfinite(indicator.log), np.clip(extended, given.min(), given.max()), np.nan)
-        return known[: self.mesh.n_vertices]
+        return known[self._domain.answering(indicator.log)]
 
     @cached_property
     def _solver(self) -> DirectSolver:
         return DirectSolver(self._matrix, self._heat.surface)
 
-    def _diffused(self, y0: Complexes, indicator: LogValues) -> tuple[Complexes, Complexes]:
-        """Y and Y/|Y|, (n,), the latter right even where Y itself underflows."""
+    def _diffused(self, y0: Complexes, indicator: LogValues) -> tuple[Complexes, Complexes, Floats]:
+        """Y, Y/|Y| and log |Y|, (n,), the latter right even where Y itself underflows."""
         there = np.flatnonzero(np.isfinite(indicator.log))
         if not self._heat.iterates and in_reach(indicator.plain[there]):
             with np.errstate(under="ignore"):
                 y = self._solver(y0)
-            return y, _unit(y)
+            return y, _unit(y), _log_size(y)
         # Vectors decay as the scalar heat does: scaled by it, they are of order one.
         z = np.zeros_like(y0)
         z[there] = self._scaled(self._matrix, y0, indicator, there)
         with np.errstate(under="ignore"):
-            return z * np.abs(indicator.plain), _unit(z)
+            return z * np.abs(indicator.plain), _unit(z), _log_size(z) + indicator.log
 
     def _extended_lengths(self, sources: SurfacePoints, tangent: Floats, indicator: LogValues) -> Floats:
         """Lengths of the source vectors carried to all vertices, (n,); zero where no source is."""
@@ -193,7 +199,8 @@ class VectorHeat:
         return self._heat.solution.scaled(A, rhs[there], -indicator.log[there])
 
     def _report(self, sources: SurfacePoints, tangent: Floats, reached: NDArray[np.bool_]) -> dict[str, Any]:
-        unreached = (~reached & self._heat.surface)[: self.mesh.n_vertices]
+        unreached = ~reached
+        unreached[self.mesh.unreferenced_vertices] = False
         return {
             "sources": sources.report(),
             "vectors": tangent.tolist(),
@@ -213,6 +220,12 @@ def _unit(z: Complexes) -> Complexes:
     return np.asarray(np.divide(scaled_z, np.abs(scaled_z), out=scaled_z, where=size > 0))
 
 
+def _log_size(z: Complexes) -> Floats:
+    """log |z|; -inf for zero."""
+    with np.errstate(divide="ignore"):
+        return np.log(np.abs(z))
+
+
 def random_tangent(mesh: TriangleMesh, vertex: int, seed: int) -> Floats:
     """Return a unit tangent vector at a vertex, (3,), at an angle drawn from the seed."""
     return tangent_at(mesh, vertex, seeded_angle(seed))
@@ -221,9 +234,9 @@ def random_tangent(mesh: TriangleMesh, vertex: int, seed: int) -> Floats:
 def tangent_at(mesh: TriangleMesh, vertex: int, degrees: float) -> Floats:
     """Return the unit tangent vector at a vertex, (3,), at an angle in degrees.
 
-    The angle is counterclockwise from the first vector of ``mesh.tangent_frames``.
+    The angle is counterclockwise from the first vector of `source_frames`.
     """
-    return unit_vectors(mesh.tangent_frames[vertex], degrees)
+    return unit_vectors(source_frames(mesh, vertex_points(mesh, [vertex]))[0], degrees)
 
 
 def transport_over_times(

@@ -5,11 +5,11 @@ import pytest
 
 from geomhw.flow.helmholtz import HelmholtzDecomposition
 from geomhw.flow.initial_fields import blob, random_field, rigid_field
+from geomhw.flow.passive_scalar import PassiveScalar
 from geomhw.flow.tangent_fields import energy
 from geomhw.fluid import initial
 from geomhw.fluid.conservative import ConservativeScheme
 from geomhw.fluid.initial import top_jet
-from geomhw.fluid.passive_scalar import PassiveScalar
 from geomhw.fluid.rk4 import RK4Scheme
 from geomhw.fluid.run import Plan, scheme_of
 from geomhw.fluid.stable_fluids import StableFluidsScheme

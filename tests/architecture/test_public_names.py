@@ -90,7 +90,7 @@ def test_users_program_runs(folder: Path) -> None:
 #: The names from which a user chooses, by the Literal that holds them.
 LITERALS = {name: get_args(value) for name, value in vars(options).items() if get_origin(value) is Literal}
 #: Literals of the library for which no command has an option.
-NO_OPTION = {"Location"}
+NO_OPTION = {"Location", "FlowSeries"}
 
 
 def test_choices_are_those_of_the_library() -> None:

@@ -14,7 +14,7 @@ from PIL import Image
 
 from geomhw.compare import Ignored, Tolerance, compare_files, compare_named
 from geomhw.errors import MeshError, Remedy
-from geomhw.flow.flow_map import FlowMap
+from geomhw.flow.advection import flow_of
 from geomhw.fluid.run import scheme_of
 from geomhw.geodesic.heat_method import HeatDistance
 from geomhw.io import read, read_csv, write
@@ -239,7 +239,7 @@ def test_help_has_an_example(command: str) -> None:
 FUNCTIONS = {
     "geodesic": [HeatDistance, geodesic_picture],
     "vecdiffuse": [VectorHeat],
-    "advect": [FlowMap],
+    "advect": [flow_of],
     "fluid": [scheme_of],
     "compare": [Tolerance, compare_files],
 }

@@ -15,8 +15,10 @@ from PIL import Image
 from geomhw.flow.initial_fields import hue_stripes, rigid_field
 from geomhw.io import write
 from geomhw.io.artifacts import series as series_module
+from geomhw.mesh.primitives import grid
 from geomhw.results import Field, Result
-from support.flow_files import BALL, FILM, FINE, SHORT, both, series, spoiled_inputs, table, times
+from support.flow_files import BALL, FILM, FINE, SHORT, both, jagged, series, spoiled_inputs, table, times
+from support.messages import missing
 from support.pictures import needs_opengl
 from support.program import contents, files, run, save_off
 
@@ -262,6 +264,48 @@ def test_advect_needs_no_manifold(mesh: str) -> None:
     spoiled_inputs()
     assert run("advect", mesh, *SHORT, "-o", "f.pvd", "-q").exit_code == 0
     assert len(series("f.pvd")) == 4
+
+
+OPEN = ("advect", "plate.off", "--field", "rigid:z", "--color", "x", "--dt", "0.02", "--every", "10", "-o", "f.pvd")
+
+
+def test_advect_through_a_boundary() -> None:
+    """By default the color keeps its range; the exponential is warned about and, once it grows, stopped."""
+    plate = grid(12, 12)
+    save_off(plate, "plate.off")
+    low, high = np.ptp(plate.vertices[:, 0]) * np.array([0, 1]) + plate.vertices[:, 0].min()
+    answer = run(*OPEN, "--steps", "400", "--csv", "f.csv", "--json")
+    report = json.loads(answer.stdout)
+    assert (report["integrator"], report["remarks"]) == ("bounded", [])
+    assert all(low <= row["color_min"] <= row["color_max"] <= high for row in table("f.csv"))
+    series_option = ("--integrator", "expm")
+    words = run(*OPEN, "--steps", "60", *series_option).stdout
+    assert not missing(words, "warning ... leaves its range from step ... times the width ... --integrator bounded")
+    answer = run(*OPEN, "--steps", "4000", *series_option)
+    assert (answer.exit_code, answer.stdout) == (1, "")
+    assert not missing(answer.stderr, "grows without bound ... at step")
+    assert all(np.isfinite(frame["color"]).all() for frame in series("f.pvd"))
+
+
+def test_fluid_that_gains_energy() -> None:
+    """A flow that gains energy without a force is stopped; its frames are whole. Growth below is a warning."""
+    mesh, V = jagged(18)
+    save_off(mesh, "jagged.off")
+    np.save("V.npy", V)
+    arguments = ("fluid", "jagged.off", "--init", "V.npy", "--scheme", "stable-fluids", "--force", "none", "--cfl", "2")
+    answer = run(*arguments, "--steps", "12", "--every", "1", "-o", "f.pvd")
+    assert (answer.exit_code, answer.stdout) == (1, "")
+    assert not missing(answer.stderr, "gains energy ... at step ... shorter time step")
+    assert len(series("f.pvd")) > 1
+    mesh, V = jagged(86)
+    save_off(mesh, "jagged.off")
+    np.save("V.npy", V)
+    answer = run(*arguments[:4], "--force", "none", "--cfl", "2", "--steps", "12", "--json")
+    assert answer.exit_code == 0
+    assert any(
+        not missing(line, "warning ... enstrophy ... from step ... times the bound")
+        for line in json.loads(answer.stdout)["remarks"]
+    )
 
 
 # -- interrupt and restart ---------------------------------------------------------------------------------------

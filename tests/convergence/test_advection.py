@@ -7,7 +7,7 @@ from geomhw.options import Integrator
 from support.exact import turned_error
 from support.rates import fitted_rate
 
-INTEGRATORS: tuple[Integrator, ...] = ("taylor3", "expm")
+INTEGRATORS: tuple[Integrator, ...] = ("bounded", "taylor3", "expm")
 
 
 @pytest.mark.parametrize("integrator", INTEGRATORS)

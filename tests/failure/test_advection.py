@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from geomhw.errors import FieldError
-from geomhw.flow.flow_map import FlowMap, frames
+from geomhw.flow.advection import frames
+from geomhw.flow.flow_map import FlowMap
 from geomhw.flow.initial_fields import blob, rigid_field
 from support.exact import Z
 from support.meshes import zoo_mesh

@@ -9,11 +9,15 @@ import pytest
 from geomhw.errors import ConvergenceError, FieldError, MeshError
 from geomhw.flow.initial_fields import random_field
 from geomhw.fluid import initial
+from geomhw.fluid.conservation import ConservationCheck
 from geomhw.fluid.conservative import ConservativeScheme
 from geomhw.fluid.rk4 import RK4Scheme
 from geomhw.fluid.run import Plan, run, scheme_of
 from geomhw.fluid.stable_fluids import StableFluidsScheme
-from geomhw.mesh.primitives import moebius_band
+from geomhw.fluid.state import Diagnostics
+from geomhw.mesh.primitives import icosphere, moebius_band
+from geomhw.options import SchemeName
+from support.flow_files import jagged
 from support.meshes import zoo_mesh
 
 SCHEMES = ("conservative", "rk4", "stable-fluids")
@@ -112,3 +116,45 @@ def test_starts_refused(wrong: dict[str, Any]) -> None:
     scheme = RK4Scheme(zoo_mesh("crumpled_torus"))
     with pytest.raises(FieldError, match="finite values"):
         scheme.from_vorticity(**{"w": np.zeros(scheme.mesh.n_vertices), **wrong})
+
+
+def test_energy_that_runs_away() -> None:
+    """On slivers stable-fluids gains energy in long steps: it is recorded, and the run stops before it doubles."""
+    mesh, V = jagged(18)
+    scheme = scheme_of(mesh, "stable-fluids")
+    start = scheme.start(V)
+    check, shots = ConservationCheck(scheme, start), []
+    with pytest.raises(ConvergenceError, match=r"gains energy .* at step"):
+        shots.extend(run(scheme, start, Plan(cfl=2.0, steps=12), None, check))
+    energies = [Diagnostics(scheme)(shot.state, 0.0)["energy"] for shot in shots]
+    assert len(energies) > 1
+    assert max(energies) <= 2 * energies[0]
+    assert check.since.get("energy") == next((k for k, E in enumerate(energies) if 1.01 * energies[0] < E), None)
+
+
+def test_enstrophy_that_grows() -> None:
+    """On slivers the conservative scheme may gain enstrophy, by the recorded share and from the recorded step on."""
+    mesh, V = jagged(86)
+    scheme = scheme_of(mesh, "conservative")
+    start = scheme.start(V)
+    check = ConservationCheck(scheme, start)
+    rows = [Diagnostics(scheme)(shot.state, 0.0) for shot in run(scheme, start, Plan(cfl=2.0, steps=12), None, check)]
+    ratios = [row["enstrophy"] / rows[0]["enstrophy"] for row in rows]
+    assert check.excess == {"enstrophy": pytest.approx(max(ratios) - 1)}
+    assert check.since == {"enstrophy": next(k for k, ratio in enumerate(ratios) if ratio > 1.01)}
+
+
+@pytest.mark.parametrize("name", SCHEMES)
+def test_forced_flow_keeps_its_bound(name: SchemeName) -> None:
+    """What a force can do is no finding, also when a run resumes from a state in the middle."""
+    mesh = icosphere(2)
+    force, plan = initial.top_jet(mesh, 0.01), Plan(dt=0.01, steps=30)
+    scheme = scheme_of(mesh, name)
+    start = scheme.start(1e-3 * random_field(mesh, 1))
+    check = ConservationCheck(scheme, start, force)
+    states = [snapshot.state for snapshot in run(scheme, start, plan, force, check)]
+    first = Diagnostics(scheme)(states[0], 0.01)
+    resumed = ConservationCheck(scheme, states[15], force, first, 0.01)
+    assert list(run(scheme, states[15], plan, force, resumed))
+    assert check.since == resumed.since == {}
+    assert resumed._bounds["energy"] == pytest.approx(check._bounds["energy"])

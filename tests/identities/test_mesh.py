@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from geomhw.arrays import pieces, scatter_add
-from geomhw.fluid.passive_scalar import OneRings
+from geomhw.flow.passive_scalar import OneRings
 from geomhw.geodesic.heat_method import HeatDistance
 from geomhw.mesh.geometry import corner_sum
 from geomhw.mesh.primitives import icosphere

@@ -158,12 +158,12 @@ def test_curvature_of_what_is_no_fan() -> None:
     glass = TriangleMesh(*hourglass())
     defects = angle_defects(glass)
     assert defects[0] == 0
-    assert pinched_vertices(glass.faces, glass.edge_table, glass.n_vertices).tolist() == [0]
+    assert pinched_vertices(glass.faces, glass.edge_table).tolist() == [0]
     # Each of two spheres lacks the defect at the common vertex.
     ball = zoo_mesh("sphere")
     assert angle_defects(ball).sum() == pytest.approx(4 * np.pi)
     assert defects.sum() < 8 * np.pi
-    assert len(pinched_vertices(pages.faces, pages.edge_table, pages.n_vertices)) == 0
+    assert len(pinched_vertices(pages.faces, pages.edge_table)) == 0
 
 
 def test_mollified_by_component() -> None:

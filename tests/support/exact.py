@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from geomhw.flow.flow_map import FlowMap
+from geomhw.flow.advection import flow_of
 from geomhw.flow.initial_fields import rigid_field
 from geomhw.fluid.conservative import ConservativeScheme
 from geomhw.fluid.run import Plan, run
@@ -26,7 +26,7 @@ def smooth(points: np.ndarray) -> np.ndarray:
 def turned_error(level: int, integrator: Integrator, angle: float) -> tuple[float, float]:
     """Return the relative L2 error of a function advected by a rotation, and h."""
     mesh = icosphere(level)
-    advected = FlowMap(mesh, rigid_field(mesh, Z), integrator).advect(smooth(mesh.vertices), angle)
+    advected = flow_of(mesh, rigid_field(mesh, Z), integrator).advect(smooth(mesh.vertices), angle)
     c, s = np.cos(-angle), np.sin(-angle)
     back = mesh.vertices @ np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]]).T
     exact = smooth(back)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from geomhw.io import read, write
-from geomhw.mesh.primitives import icosphere, moebius_band
+from geomhw.mesh.primitives import grid, icosphere, moebius_band
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.results import Field, Result
 from support.program import save_off
@@ -50,6 +50,14 @@ def table(path: str | Path) -> list[dict[str, float]]:
     """Return the lines of a CSV file."""
     with open(path, newline="") as stream:
         return [{name: float(value) for name, value in row.items()} for row in csv.DictReader(stream)]
+
+
+def jagged(seed: int) -> tuple[TriangleMesh, np.ndarray]:
+    """Return a grid with vertices displaced at random by more than an edge, and a random field on it."""
+    rng, flat = np.random.default_rng(seed), grid(4, 4)
+    noise = rng.normal(size=flat.vertices.shape) * rng.uniform(0.5, 3) * flat.mean_edge_length
+    mesh = TriangleMesh(flat.vertices + noise, flat.faces)
+    return mesh, rng.normal(size=(mesh.n_faces, 3))
 
 
 # -- refusals ----------------------------------------------------------------------------------------------------

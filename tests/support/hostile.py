@@ -72,6 +72,56 @@ def hourglass() -> Arrays:
     return np.concatenate([upper[swap], -upper[swap][1:]]), np.concatenate([swap[faces], lower[:, ::-1]])
 
 
+def pinched(mesh: Arrays, kept: int, lost: int) -> Arrays:
+    """Merge a vertex with another that shares no edge and no neighbor with it."""
+    vertices, faces = mesh
+    faces = np.where(faces == lost, kept, faces)
+    return np.delete(vertices, lost, axis=0), faces - (faces > lost)
+
+
+def pinched_meshes() -> dict[str, Arrays]:
+    """Return meshes with a pinched vertex: two parts, one closed surface, one part with boundary, and two places."""
+    ring = arrays(torus(12, 8))
+    return {
+        "bow_tie": bow_tie(),
+        "hourglass": hourglass(),
+        "pinched_torus": pinched(ring, 0, 52),
+        "pinched_twice": pinched(pinched(ring, 0, 52), 28, 80),
+        "pinched_grid": pinched(arrays(grid(6, 5)), 0, 41),
+        "pinched_bands": pinched(joined(arrays(cylinder_band(8, 3)), moved(arrays(cylinder_band(8, 3)), 1, 3)), 0, 40),
+    }
+
+
+def renumbered(mesh: Arrays, seed: int = 0) -> tuple[Arrays, np.ndarray, np.ndarray]:
+    """Renumber vertices and faces at random; return the mesh, and the former numbers of vertices and of faces."""
+    rng = np.random.default_rng(seed)
+    vertices, faces = mesh
+    places, order = rng.permutation(len(vertices)), rng.permutation(len(faces))
+    rank = np.argsort(places)
+    return (vertices[places], rank[faces[order]]), places, order
+
+
+def rotated_corners(mesh: Arrays, seed: int = 0) -> Arrays:
+    """Start the faces from other corners, at random."""
+    faces = mesh[1].copy()
+    shift = np.random.default_rng(seed).integers(0, 3, len(faces))
+    return mesh[0], np.take_along_axis(faces, (np.arange(3) + shift[:, None]) % 3, axis=1)
+
+
+def flipped(mesh: Arrays, seed: int = 0) -> Arrays:
+    """Reverse half of the faces, at random."""
+    faces = mesh[1].copy()
+    half = np.random.default_rng(seed).random(len(faces)) < 0.5
+    faces[half] = faces[half, ::-1]
+    return mesh[0], faces
+
+
+def far_away(mesh: Arrays) -> Arrays:
+    """Translate a mesh by a million times its size."""
+    used = mesh[0][np.unique(mesh[1])]
+    return mesh[0] + 1e6 * np.ptp(used, axis=0).max() * np.array([0.6, -0.7, 0.4]), mesh[1]
+
+
 def touching_edge() -> Arrays:
     """Return two tetrahedra that share an edge, where four faces meet."""
     vertices, faces = tetrahedron()

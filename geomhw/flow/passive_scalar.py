@@ -4,7 +4,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from geomhw.arrays import Floats, Ints
-from geomhw.fluid.vorticity import VorticityModel
+from geomhw.flow.mass_correction import MassCorrection
 from geomhw.solvers.expm import absolute_row_sums, substeps
 
 #: Largest step times rate of a substep; the rate is the absolute row sum of D. RK4 is stable up to 2√2 on imaginary
@@ -12,6 +12,8 @@ from geomhw.solvers.expm import absolute_row_sums, substeps
 SUBSTEP = 1.6
 #: Share of the shortest waves, whose speed is wrong on the mesh, that is damped while the flow crosses an edge.
 DAMPING = 1.0
+#: No vertices, as an index.
+NONE = slice(0)
 
 
 class PassiveScalar:
@@ -23,19 +25,22 @@ class PassiveScalar:
 
     Parameters
     ----------
-    model : the mass correction and the filter of the mesh are taken from it.
+    correction : of the mass, and the filter, of the mesh.
 
     References
     ----------
     Bermejo, Staniforth: The conversion of semi-Lagrangian advection schemes to quasi-monotone schemes, 1992.
     """
 
-    def __init__(self, model: VorticityModel) -> None:
-        self._model = model
-        self._rings = OneRings(model.mesh.edges, model.mesh.n_vertices)
+    def __init__(self, correction: MassCorrection) -> None:
+        self._correction = correction
+        self._rings = OneRings(correction.mesh.edges, correction.mesh.n_vertices)
 
-    def advect(self, D: sp.csr_array, color: Floats, dt: float) -> Floats:
-        """Return the color, (n,) or (n, k), after a time dt in the flow with directional derivative D, (n, n)."""
+    def advect(self, D: sp.csr_array, color: Floats, dt: float, held: Ints | slice = NONE) -> Floats:
+        """Return the color, (n,) or (n, k), after a time dt in the flow with directional derivative D, (n, n).
+
+        held : vertices at which the color does not change, such as those of inflow through a boundary.
+        """
         columns = color.reshape(len(color), -1)
         rates = absolute_row_sums(D).reshape(-1, 1)
         count = substeps(float(rates.max(initial=0.0)), dt, SUBSTEP)
@@ -45,9 +50,11 @@ class PassiveScalar:
             low, high = self._bounds(columns)
             advected, term = columns.copy(), columns
             for order in (1, 2, 3, 4):
-                term = self._model.mass_corrected((-s / order) * (D @ term), 1)
+                term = self._correction.mass_corrected((-s / order) * (D @ term), 1)
+                term[held] = 0.0
                 advected += term
-            advected -= self._model.hyperdiffusion(advected, damping)
+            advected -= self._correction.hyperdiffusion(advected, damping)
+            advected[held] = columns[held]
             columns = np.clip(advected, low, high)
         return columns.reshape(color.shape)
 
