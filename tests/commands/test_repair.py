@@ -105,10 +105,10 @@ def test_tolerance_and_report() -> None:
     [
         (["in.vtk"], 2, "-o"),
         (["in.vtk", "-o", "in.vtk"], 1, "in.vtk"),
-        (["in.vtk", "-o", "a.off"], 1, "a.off"),
+        (["in.vtk", "-o", "a.off"], 2, "a.off"),
         (["in.vtk", "-o", "a.ply", "--tolerance", "-1"], 2, "--tolerance"),
         (["in.vtk", "-o", "a.ply", "--tolerance", "nan"], 2, "--tolerance"),
-        (["in.vtk", "-o", "a.ply", "--tolerance", "1e300"], 1, "median"),
+        (["in.vtk", "-o", "a.ply", "--tolerance", "1e300"], 2, "1e300"),
     ],
 )
 def test_refusals(arguments: list[str], code: int, words: str) -> None:
