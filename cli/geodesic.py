@@ -8,8 +8,10 @@ import click
 
 from geomhw.background import submit
 from geomhw.options import HEAT_METHOD, Boundary, DistanceMethodName, GeodesicPanel
+from geomhw.wording import counted
 from geomhw_cli import options
 from geomhw_cli.options import INPUT, Choice, OptionGroup, choice, command, flag, is_given, option
+from geomhw_cli.runtime.accuracy import accuracy_lines
 from geomhw_cli.runtime.distance_batch import compute_distances, compute_matrix
 from geomhw_cli.runtime.job import Job, robust_line, time_line
 from geomhw_cli.specs.distance_methods import DistanceMethod
@@ -21,9 +23,6 @@ from geomhw_cli.specs.sources import MAX_IN_LINE, MAX_REPORTED, SourceSpecs, sho
 
 if TYPE_CHECKING:
     from geomhw.results import Result
-
-#: Mean and largest relative errors of distances from which the report warns.
-MEAN_WARNED, LARGEST_WARNED = 0.05, 0.1
 
 
 @command(
@@ -243,7 +242,7 @@ def _heat(
     ]
     if "robust" in answers:
         lines.append(robust_line(answers["robust"]))
-    lines += _accuracy(answers) + _unreachable(answers, beyond)
+    lines += accuracy_lines(answers) + _unreachable(answers, beyond)
     job.finish(mesh, shortened(answers) | {"profile": {"seconds": solver.stages.seconds}}, lines)
 
 
@@ -266,34 +265,7 @@ def _write(job: Job, result: "Result", beyond: float, panels: tuple[str, ...]) -
 def _unreachable(answers: dict[str, Any], beyond: float) -> list[str]:
     """The warning of vertices that no path reaches."""
     if unreached := answers.get("unreachable_vertices"):
-        return [f"warning: {unreached} vertices lie on components without a source; their distance is {beyond:g}"]
+        return [
+            f"warning: {counted(unreached, 'vertex', 'vertices')} on components without a source: distance {beyond:g}"
+        ]
     return []
-
-
-def _accuracy(answers: dict[str, Any]) -> list[str]:
-    """Return the lines of a report about the errors of distances, and where they were clamped."""
-    accuracy, lines = answers["accuracy"], []
-    if accuracy["exact"]:
-        return ["accuracy: exact on the polyhedral surface, up to rounding"]
-    if "mean" in accuracy:
-        where = f" within {accuracy['within']:.6g} of the source" if "within" in accuracy else ""
-        text = f"{accuracy['mean']:.2%} off on average{where}, {accuracy['largest']:.1%} at vertex {accuracy['vertex']}"
-        off = accuracy["mean"] > MEAN_WARNED or accuracy["largest"] > LARGEST_WARNED
-        lines.append(f"warning: distances are {text}; --refine makes them exact" if off else f"accuracy: {text}")
-    if cold := answers.get("non_positive_heat"):
-        lines.append(
-            f"warning: heat is not positive at {cold} vertices, because of obtuse faces; compute with --robust"
-        )
-    clamped = "clamped to that" if answers["bounded"] else "left as they are"
-    if long := answers.get("beyond_edge_paths"):
-        share = f"{long['most']:.1%}"
-        lines.append(
-            f"bound: {long['vertices']} distances were up to {share} longer than a path along edges; {clamped}"
-        )
-    if raised := answers.get("below_zero"):
-        instead = "clamped to the straight line to the source" if answers["bounded"] else "left as they are"
-        lines.append(
-            f"warning: {raised['vertices']} distances came out at or below zero, the lowest at {raised['lowest']:.4g}; "
-            f"{instead}"
-        )
-    return lines

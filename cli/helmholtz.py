@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import Any
 
+from geomhw.wording import counted
 from geomhw_cli import options
 from geomhw_cli.options import OptionGroup, command, option
 from geomhw_cli.runtime.job import Job
@@ -58,9 +59,9 @@ def helmholtz(mesh_path: Path, field_spec: str, files: dict[str, Any], report: d
     shares = {name: answers["energy_shares"][name] for name in ("curl_free", "coexact", "harmonic")}
     lines = [f"{name.replace('_', '-')}: {share:.4%} of the energy" for name, share in shares.items()]
     if pinched := answers.get("pinched_vertices", 0):
+        where = counted(pinched, "vertex", "vertices")
         lines.append(
-            f"note: the mesh is cut open at {pinched} vertices where several fans of faces meet; potential and "
-            "stream_function are means over the fans there"
+            f"note: the mesh is cut open at {where} where several fans of faces meet; potentials are means there"
         )
     if mesh.genus == 0 and shares["harmonic"] > SPURIOUS:
         lines.append("warning: the harmonic part is an effect of rounding, as the mesh has no handles; it has slivers")

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from geomhw.options import Connection
+from geomhw.wording import counted
 from geomhw_cli import options
 from geomhw_cli.options import OptionGroup, choice, command, option
 from geomhw_cli.runtime.job import Job, robust_line, time_line
@@ -121,7 +122,7 @@ def vecdiffuse(
             "the normals, which depends on the orientation of the faces"
         )
     if unreached := answers["unreachable_vertices"]:
-        lines.append(f"warning: {unreached} vertices lie on components without a source; their vectors are 0")
+        lines.append(f"warning: {counted(unreached, 'vertex', 'vertices')} on components without a source: vectors 0")
     job.finish(mesh, shortened(answers), lines)
 
 

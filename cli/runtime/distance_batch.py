@@ -5,6 +5,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from geomhw.wording import counted
+from geomhw_cli.runtime.accuracy import accuracy_lines
 from geomhw_cli.runtime.job import Job, robust_line, time_line
 from geomhw_cli.runtime.progress import progress
 from geomhw_cli.specs.distance_methods import DistanceMethod
@@ -14,6 +16,7 @@ from geomhw_cli.specs.queries import DistanceQueries, ResolvedQueries
 
 if TYPE_CHECKING:
     from geomhw.arrays import Floats
+    from geomhw.geodesic.heat_method import HeatDistance
     from geomhw.io import ResumableFile
 
 
@@ -25,7 +28,7 @@ def compute_distances(
     dtype: ``<f4`` or ``<f8``. beyond: the value for infinite distances. Blocks depend on the mesh alone, so that a
     resumed run writes the same bytes.
     """
-    from geomhw.geodesic.heat_method import block_size
+    from geomhw.geodesic.heat_method import HeatDistance, block_size
 
     _check_files(job, queries)
     whole = job.read()
@@ -74,6 +77,8 @@ def compute_distances(
         **solver.settings(),
         **({"limit": limit} if (limit := method.settings.get("limit", inf)) < inf else {}),
     }
+    if isinstance(solver, HeatDistance):
+        report["accuracy"] = _accuracy(solver, resolved, report["refined"])
     lines = [
         f"sources: {resolved.count}" + (f", of which {resumed} were there" if resumed else ""),
         f"largest: {report['largest_distance']:.10g}",
@@ -82,10 +87,24 @@ def compute_distances(
         lines.insert(1, time_line(report["time"]))
     if "robust" in report:
         lines.append(robust_line(report["robust"]))
+    if "accuracy" in report:
+        lines += accuracy_lines(report)
     if report["unreachable"]:
         where = "beyond the limit" if report.get("limit") else "to components without the source"
-        lines.append(f"warning: {report['unreachable']} distances are {beyond:g}, {where}")
+        lines.append(f"warning: {counted(report['unreachable'], 'distance')} {where}: {beyond:g}")
     job.finish(whole, report, lines)
+
+
+def _accuracy(solver: "HeatDistance", resolved: ResolvedQueries, refined: bool) -> dict[str, Any]:
+    """The errors of the distances from the first sources that lie on the surface."""
+    from geomhw.geodesic.accuracy import distance_errors
+    from geomhw.mesh.surface_points import vertex_points
+
+    if refined:
+        return {"exact": True}
+    mesh = solver.mesh
+    points = resolved.sets[0] if resolved.sets else vertex_points(mesh, [int(mesh.faces.min())])
+    return {"exact": False, "of_sources": points.report(), **distance_errors(mesh, points, solver.rows([points])[0])}
 
 
 def compute_matrix(job: Job, limit: float, mask: MaskSpec | None) -> None:

@@ -13,6 +13,7 @@ import click
 from geomhw.errors import RenderError
 from geomhw.options import PANEL_WIDTH
 from geomhw.stages import Stages
+from geomhw.wording import counted
 from geomhw_cli.runtime.memory import DRAWING, require_memory
 from geomhw_cli.specs.files import require_writable
 
@@ -166,9 +167,9 @@ class Job:
         """Notes and warnings about the mesh."""
         lines = [f"note: {remark}" for remark in self.notes.get("remarks", ())]
         if turned := self.notes.get("turned_faces"):
-            lines.append(f"note: {turned} faces are turned, also in the output, to orient the mesh consistently")
+            lines.append(f"note: {counted(turned, 'face')} turned, also in the output, to orient the mesh consistently")
         if copies := len(mesh.duplicate_faces):
-            lines.append(f"warning: {copies} faces are copies of others; geomhw info --check lists them")
+            lines.append(f"warning: {counted(copies, 'copy', 'copies')} of other faces; geomhw info --check lists them")
         return lines
 
 

@@ -61,7 +61,8 @@ def test_range_runs_forward() -> None:
         (b"1\n2 # two\n\n3 three\n", "line 4 ... 'three'"),
         (b"1\n@other.txt\n", "line 2 ... '@other.txt' is no source"),
         (b"1\n9-3\n", "line 2 ... '9-3' ... backward"),
-        (b"\xff\xfe1\n", "not a text file"),
+        (b"\xff\xfe1\n", "UTF-16 ... UTF-8"),
+        (b"\xff1\n", "not a text file"),
     ],
 )
 def test_bad_file(content: bytes | None, words: str) -> None:

@@ -286,7 +286,7 @@ def test_sizes_beyond_numbers(name: str) -> None:
 def test_remarks() -> None:
     """Duplicate faces, flipped faces and vertices without a tangent plane are remarked beside the results."""
     save(*HOSTILE["doubled"]())
-    assert "35 faces are copies of others" in run("geodesic", "m.off", "--no-png").stdout
+    assert "35 copies of other faces" in run("geodesic", "m.off", "--no-png").stdout
     save(*HOSTILE["turned_sphere"]())
     answer = run(*COMMANDS["fluid"])
     assert "107 faces are turned" in answer.stdout

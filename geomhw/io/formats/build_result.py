@@ -13,6 +13,7 @@ from geomhw.io.formats.triangulation import triangulate
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.options import Location
 from geomhw.results import Field, Result
+from geomhw.wording import counted
 
 
 def build_result(
@@ -56,11 +57,6 @@ def build_result(
         *_fields(name, content.mesh_arrays, "mesh"),
     ]
     return Result(mesh, fields, report)
-
-
-def counted(count: int, noun: str, plural: str = "") -> str:
-    """Return a number with a noun, by default with an s in the plural."""
-    return f"{count} {noun if count == 1 else plural or noun + 's'}"
 
 
 def _repetitions(content: Polygons, corners: Ints, sizes: Ints, kept: Ints, place: Place) -> Iterator[str]:

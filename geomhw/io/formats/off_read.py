@@ -10,10 +10,11 @@ import numpy as np
 
 from geomhw.arrays import Floats, Ints
 from geomhw.errors import FormatError
-from geomhw.io.formats.build_result import build_result, counted
+from geomhw.io.formats.build_result import build_result
 from geomhw.io.formats.polygons import Place, Polygons, ranges
 from geomhw.io.formats.text_file import NumberRows, TextFile
 from geomhw.results import Result
+from geomhw.wording import counted
 
 # The counts may follow the keyword without a space, as in the files of ModelNet.
 _KEYWORD = re.compile(rb"((?:ST|C|N)*)(4?n?)OFF(?=[\s\d#]|\Z)|()()off(?=[\s\d#]|\Z)")

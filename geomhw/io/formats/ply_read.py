@@ -15,13 +15,14 @@ from numpy.typing import NDArray
 
 from geomhw.arrays import Ints
 from geomhw.errors import FormatError
-from geomhw.io.formats.build_result import build_result, counted
+from geomhw.io.formats.build_result import build_result
 from geomhw.io.formats.number_parsing import cast_exactly
 from geomhw.io.formats.ply_header import ORDERS, Element, Property, read_header
 from geomhw.io.formats.ply_write import QUALITY
 from geomhw.io.formats.polygons import Polygons, ranges, strip_triangles
 from geomhw.io.formats.text_file import NumberRows, TextFile
 from geomhw.results import Result
+from geomhw.wording import counted
 
 _STRUCT = {"i1": "b", "u1": "B", "i2": "h", "u2": "H", "i4": "i", "u4": "I", "f4": "f", "f8": "d", "i8": "q", "u8": "Q"}
 #: Names of the list of a face's corners.

@@ -9,11 +9,12 @@ import numpy as np
 
 from geomhw.arrays import Floats, Ints
 from geomhw.errors import FormatError
-from geomhw.io.formats.build_result import build_result, counted
+from geomhw.io.formats.build_result import build_result
 from geomhw.io.formats.polygons import Polygons
 from geomhw.io.formats.text_file import TextFile
 from geomhw.mesh.welding import distinct_points, first_nearby
 from geomhw.results import Result
+from geomhw.wording import counted
 
 _HEAD = 84
 _FACET = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])

@@ -18,11 +18,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geomhw.errors import FormatError
-from geomhw.io.formats.build_result import counted
 from geomhw.io.formats.number_parsing import parse_array
 from geomhw.io.formats.vtk_cells import LINE, POLYGON, STRIP, VERTEX, Dataset, cells_from_offsets, joined, surface
 from geomhw.io.formats.xml_tree import parse_xml
 from geomhw.results import Cloud, Field, Result
+from geomhw.wording import counted
 
 #: Bytes that the highest level of LZMA takes to unpack; a file may ask for gigabytes.
 _LZMA_MEMORY = 70 << 20
