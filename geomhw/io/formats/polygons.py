@@ -52,7 +52,7 @@ def strip_triangles(corners: Ints, sizes: Ints) -> tuple[Ints, Ints]:
     Every second triangle of a strip is turned, so that all have the orientation of the first.
 
     >>> strip_triangles(np.array([4, 5, 6, 7]), np.array([4]))[0].tolist()
-    [4, 5, 6, 6, 5, 7]
+    [4, 5, 6, 7, 6, 5]
     """
     counts = np.maximum(sizes - 2, 0)
     first = ranges(np.cumsum(sizes) - sizes, counts)
