@@ -185,7 +185,7 @@ def time_line(time: Mapping[str, Any], name: str = "time") -> str:
 
 def robust_line(report: Mapping[str, Any]) -> str:
     """The report of a `RobustTriangulation` in one line."""
-    parts = [f"edge flips {report['edge_flips']}, rounds {report['flip_rounds']}"]
+    parts = [f"edge flips {report['edge_flips']}"]
     if report["sheets"] == 2:
         parts.append("both sides of the mesh")
     if report["mollification"]:

@@ -12,8 +12,9 @@ from scipy.sparse import csr_array
 
 from geomhw.arrays import Floats, Ints
 from geomhw.errors import ArgumentError
+from geomhw.geodesic.front import Front, empty_front, reached, reset, start, with_more_room
 from geomhw.geodesic.unfolded_faces import surface_of
-from geomhw.geodesic.window_propagation import Front, empty_front, propagate, reached, reset, start, with_more_room
+from geomhw.geodesic.window_propagation import propagate
 from geomhw.mesh.surface_points import SurfacePoints, vertex_points
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.results import Field, Result
@@ -180,13 +181,10 @@ class ExactDistance:
         tasks = [used[start : start + TASK] for start in range(0, len(used), TASK)]
         with ThreadPoolExecutor(cpu_count()) as threads:
             upper = [row for task in threads.map(lambda task: self._upper_rows(task, limit), tasks) for row in task]
-        counts = np.zeros(n, dtype=np.int64)
-        counts[used] = [len(columns) for columns, _ in upper]
-        rows = np.repeat(np.arange(n), counts)
+        counts = np.zeros(n + 1, dtype=np.int64)
+        counts[used + 1] = [len(columns) for columns, _ in upper]
         columns, values = (np.concatenate(parts) for parts in zip(*upper, strict=True))
-        mirrored = columns > rows
-        pairs = np.concatenate([rows, columns[mirrored]]), np.concatenate([columns, rows[mirrored]])
-        return csr_array((np.concatenate([values, values[mirrored]]), pairs), shape=(n, n))
+        return _mirrored(csr_array((values, columns, np.cumsum(counts)), shape=(n, n)))
 
     def settings(self) -> dict[str, Any]:
         """Return how distances are computed, as plain values for a report."""
@@ -218,3 +216,15 @@ def _checked(limit: float) -> float:
     if not limit >= 0:
         raise ArgumentError(f"the limit of distances is a length, 0 or more, not {limit}")
     return float(limit)
+
+
+def _mirrored(upper: csr_array) -> csr_array:
+    """Return a symmetric matrix from its upper triangle with the diagonal; stored zeros stay."""
+    lower, n = upper.tocsc(), upper.shape[0]
+    rows, columns = np.repeat(np.arange(n), np.diff(upper.indptr)), np.repeat(np.arange(n), np.diff(lower.indptr))
+    below = lower.indices < columns
+    row = np.concatenate([columns[below], rows])
+    order = np.argsort(row, kind="stable")
+    indices = np.concatenate([lower.indices[below], upper.indices])[order]
+    values = np.concatenate([lower.data[below], upper.data])[order]
+    return csr_array((values, indices, np.append(0, np.cumsum(np.bincount(row, minlength=n)))), shape=(n, n))

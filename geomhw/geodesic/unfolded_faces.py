@@ -3,7 +3,7 @@
 Halfedge 3f+k is the side of face f opposite its corner k. Its coordinates start at the lower of its two vertices.
 """
 
-from math import atan2, pi, sqrt
+from math import atan2, inf, pi, sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,16 +17,17 @@ from geomhw.mesh.triangle_mesh import TriangleMesh
 FLAT = 1e-13
 #: A face is a needle if its height is below this share of its longest edge.
 NEEDLE = 1e-6
-#: Kinds of vertices: paths pass only beside it, or also turn at it. 0 where not yet known.
-CONVEX, TURNING = 1, 2
+#: ``totals`` of vertices at which paths do not turn.
+CONVEX = -1.0
 
 
 class Surface(NamedTuple):
     """Halfedges of a mesh.
 
     points: (n, 3). faces: (m, 3). across: (3m,), the next halfedge at the same edge, itself on the boundary. corners:
-    halfedges opposite each vertex, those of v at ``starts[v]`` to ``starts[v + 1]``. kinds: (n,), of vertices, computed
-    on first use. sides: largest number of faces at an edge.
+    halfedges opposite each vertex, those of v at ``starts[v]`` to ``starts[v + 1]``. sides: largest number of faces at
+    an edge. angles: (3m,), of the corner opposite each halfedge, 0 until `angle` computes it. totals: (n,), of
+    `total_angle`, 0 until then.
     """
 
     points: Floats
@@ -34,8 +35,9 @@ class Surface(NamedTuple):
     across: Ints
     corners: Ints
     starts: Ints
-    kinds: Ints
     sides: int
+    angles: Floats
+    totals: Floats
 
 
 class Triangle(NamedTuple):
@@ -66,34 +68,55 @@ def surface_of(mesh: TriangleMesh, included: Any) -> Surface:
     across[by_edge] = following
     starts = np.append(0, np.cumsum(np.bincount(vertex[by_vertex], minlength=mesh.n_vertices)))
     sides = int(np.diff(first, append=len(by_edge)).max())
-    kinds = np.zeros(mesh.n_vertices, dtype=np.int8)
-    return Surface(mesh.vertices, mesh.faces, across, by_vertex, starts, kinds, sides)
+    angles, totals = np.zeros(len(edge)), np.zeros(mesh.n_vertices)
+    return Surface(mesh.vertices, mesh.faces, across, by_vertex, starts, sides, angles, totals)
 
 
 @compiled_in_place
-def is_turning(surface: Surface, v: int) -> bool:
-    """Whether shortest paths may turn at a vertex: unless its faces are one closed fan of angle at most 2π, no needle.
+def total_angle(surface: Surface, v: int) -> float:
+    """Total angle of the faces at a vertex; CONVEX where paths do not turn, inf where they may turn in any direction.
 
-    At a needle, rounding may lose the windows on both sides of a path that runs along it.
+    Paths do not turn where the faces are one closed fan of angle at most 2π. They may turn in any direction where the
+    faces are no closed fan, and at a needle, where rounding may lose the windows on both sides of a path along it.
     """
+    if surface.totals[v] == 0:
+        surface.totals[v] = _total_angle(surface, v)
+    return surface.totals[v]
+
+
+@compiled_in_place
+def _total_angle(surface: Surface, v: int) -> float:
+    """Compute what `total_angle` returns."""
     h = first = np.int64(surface.corners[surface.starts[v]])
-    out = triangle(surface, h).at_low
-    angle = 0.0
+    side, total = h - h % 3 + (h + 1) % 3, 0.0
     for count in range(surface.starts[v + 1] - surface.starts[v]):
         face = triangle(surface, h)
-        if count > 0 and h == first:
-            return True
-        angle += pi - atan2(face.sin_low, face.cos_low) - atan2(face.sin_high, face.cos_high)
-        g = np.int64(surface.across[out])
-        longest = max(face.base, face.left, face.right)
-        if g == out or surface.across[g] != out or face.sin_low * face.left * face.base <= NEEDLE * longest * longest:
-            return True
-        h = g // 3 * 3
-        while surface.faces[h // 3, h % 3] != v:
-            h += 1
+        longest, g = max(face.base, face.left, face.right), surface.across[side]
+        is_needle = face.sin_low * face.left * face.base <= NEEDLE * longest * longest
+        if (count > 0 and h == first) or is_needle or g == side or surface.across[g] != side:
+            return inf
+        total += angle(surface, h)
+        h, side = next_corner(surface, v, side)
+    return total if total > 2 * pi + FLAT else CONVEX
+
+
+@compiled_in_place
+def angle(surface: Surface, h: int) -> float:
+    """Angle of a face at the corner opposite its halfedge h."""
+    if surface.angles[h] == 0:
         face = triangle(surface, h)
-        out = face.at_high if g == face.at_low else face.at_low
-    return angle > 2 * pi + FLAT
+        surface.angles[h] = pi - atan2(face.sin_low, face.cos_low) - atan2(face.sin_high, face.cos_high)
+    return surface.angles[h]
+
+
+@compiled_in_place
+def next_corner(surface: Surface, v: int, side: int) -> tuple[int, int]:
+    """Halfedges of the face across a side at a vertex v: the one opposite v, and the other side at v."""
+    g = np.int64(surface.across[side])
+    h = g - g % 3
+    while surface.faces[h // 3, h % 3] != v:
+        h += 1
+    return h, 3 * (g // 3) + 3 - h % 3 - g % 3
 
 
 @compiled_in_place

@@ -27,10 +27,9 @@ def images(
     first = last = 0
     while i:
         w = windows[i]
-        left, right, x, y = w.left, w.right, w.x, w.y
+        left, right, x, y, split = w.left, w.right, w.x, w.y, w.split
         if mirrored:
-            left, right, x = base - right, base - left, base - x
-        split = crossing_to(x, y, side * cos, side * sin)
+            left, right, x, split = base - right, base - left, base - x, base - split
         if not w.passed and (left < split or y == 0):
             foot = x * cos - y * sin
             height = above_line(x * sin + y * cos, foot, side)

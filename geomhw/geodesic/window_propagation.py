@@ -10,108 +10,22 @@ Qin, Han, Yu, Yu, Zhang: Fast and Exact Discrete Geodesic Computation Based on T
 ACM Trans. Graph. 35(4), 2016.
 """
 
-from math import inf, sqrt
-from typing import Any, NamedTuple
+from math import atan2, inf, pi, sqrt
 
 import numpy as np
 
 from geomhw.arrays import Floats, Ints
-from geomhw.compiled import compiled_in_place
-from geomhw.geodesic.unfolded_faces import CONVEX, TURNING, Surface, ends, is_turning, triangle
+from geomhw.compiled import compiled_in_place, compiled_inline
+from geomhw.geodesic.front import WAITING, Front, pop, push, touch
+from geomhw.geodesic.unfolded_faces import CONVEX, Surface, angle, ends, next_corner, total_angle, triangle
 from geomhw.geodesic.window_images import above_line, continues, crossing_to, images
-from geomhw.geodesic.windows import IN_USE, LAST, TIE, WINDOW, allocate, insert, length_to, release, trim
+from geomhw.geodesic.windows import IN_USE, TIE, allocate, insert, length_to, release, trim
 
-#: Places in ``counts``, after those of `windows`: number of events in the queue, and of items in ``touched``.
-WAITING, TOUCHED = 3, 4
 #: From this number of events of one halfedge on, its windows stay in the list after they have crossed. A window that
 #: returns there, for example round faces of zero area, is then no shorter than those in the list and ends.
 PATIENCE = 8
-#: Initial number of window records.
-ROOM = 4096
-
-
-class Front(NamedTuple):
-    """State of one query: arrivals at vertices, windows, and the queue of events.
-
-    distance, origin, halfedge, entry: (n,), as in `Arrivals`. waiting: (3m,), first window of each list. events: (3m,),
-    how often each halfedge has been propagated. keys, items: the queue, a binary heap; places: (3m+n+k,), one more than
-    the place of each item there. Item h < 3m is a halfedge, 3m+v a vertex, 3m+n+i source point i. touched: (3m+n,),
-    halfedges and vertices whose state has changed, as items.
-    """
-
-    distance: Floats
-    origin: Ints
-    halfedge: Ints
-    entry: Floats
-    waiting: Ints
-    events: Ints
-    windows: Any
-    counts: Ints
-    keys: Floats
-    items: Ints
-    places: Ints
-    touched: Ints
-
-
-def empty_front(surface: Surface, k: int = 0) -> Front:
-    """Return a front without sources, with room for k source points. Most memory is used only once it is written to."""
-    n, h = len(surface.points), surface.faces.size
-    return Front(
-        np.full(n, inf),
-        np.empty(n, dtype=np.int32),
-        np.empty(n, dtype=np.int32),
-        np.empty(n),
-        np.zeros(h, dtype=np.int32),
-        np.zeros(h, dtype=np.int32),
-        np.zeros(ROOM, dtype=WINDOW),
-        np.zeros(5, dtype=np.int64),
-        np.empty(h + n + k),
-        np.empty(h + n + k, dtype=np.int32),
-        np.zeros(h + n + k, dtype=np.int32),
-        np.empty(h + n, dtype=np.int32),
-    )
-
-
-def with_more_room(front: Front) -> Front:
-    """Return the front with twice as many window records."""
-    windows = np.empty(2 * len(front.windows), dtype=WINDOW)
-    used = front.counts[LAST] + 1
-    windows[:used] = front.windows[:used]
-    return front._replace(windows=windows)
-
-
-def reached(front: Front) -> Ints:
-    """Return the vertices with a distance, in the order in which they were first reached."""
-    items = front.touched[: front.counts[TOUCHED]]
-    vertices: Ints = items[items >= len(front.waiting)] - len(front.waiting)
-    return vertices
-
-
-@compiled_in_place
-def start(front: Front, vertices: Ints, k: int) -> None:
-    """Add sources to a front: vertices, and source points 0 to k-1."""
-    h, n = len(front.waiting), len(front.distance)
-    for v in vertices:
-        if front.distance[v] > 0:
-            _touch(front, h + v)
-            front.distance[v], front.origin[v], front.halfedge[v], front.entry[v] = 0.0, v, -1, 0.0
-            _push(front, h + v, 0.0)
-    for i in range(k):
-        _push(front, h + n + i, 0.0)
-
-
-@compiled_in_place
-def reset(front: Front) -> None:
-    """Remove sources, arrivals and windows; the time is proportional to their number."""
-    h = len(front.waiting)
-    for i in front.touched[: front.counts[TOUCHED]]:
-        if i < h:
-            front.waiting[i] = front.events[i] = 0
-        else:
-            front.distance[i - h] = inf
-    for i in front.items[: front.counts[WAITING]]:
-        front.places[i] = 0
-    front.counts[:] = 0
+#: Tolerance of directions, in radians.
+SLACK = 1e-6
 
 
 @compiled_in_place
@@ -127,16 +41,16 @@ def propagate(surface: Surface, front: Front, places: Floats, faces: Ints, limit
             done += 1
         if 0 < len(targets) == done:
             return key
-        if 8 * (front.counts[IN_USE] + 2 * surface.sides * _size(surface, front, item)) > len(front.windows) - 64:
+        room, used = len(front.windows) - 64, front.counts[IN_USE]
+        if 8 * (1 + 2 * surface.sides) * used > room and (
+            8 * (used + 2 * surface.sides * _size(surface, front, item)) > room
+        ):
             return -1.0
-        _pop(front)
+        pop(front)
         if item < h:
             _cross_face(surface, front, item, limit)
         elif item < h + n:
-            v = item - h
-            for k in range(surface.starts[v], surface.starts[v + 1]):
-                x, y, z = surface.points[v]
-                _emit(surface, front, np.int64(surface.corners[k]), x, y, z, front.distance[v], v, limit)
+            _turn(surface, front, item - h, limit)
         else:
             i = item - h - n
             for k in range(3):
@@ -158,7 +72,46 @@ def _size(surface: Surface, front: Front, item: int) -> int:
     return count
 
 
+@compiled_inline
+def _turn(surface: Surface, front: Front, v: int, limit: float) -> None:
+    """Send windows from a vertex into its faces in which a shortest path may continue.
+
+    The path makes an angle of at least π on both sides with the straight line by which it arrives.
+    """
+    total, d, (x, y, z) = total_angle(surface, v), front.distance[v], surface.points[v]
+    is_source = front.origin[v] == v or (front.origin[v] < 0 and front.halfedge[v] < 0)
+    if is_source or total == inf:
+        for k in range(surface.starts[v], surface.starts[v + 1]):
+            _emit(surface, front, np.int64(surface.corners[k]), x, y, z, d, v, limit)
+        return
+    h, side, begin = _arrival(surface, front, v)
+    for _ in range(surface.starts[v + 1] - surface.starts[v]):
+        end = begin + angle(surface, h)
+        if end > pi - SLACK and begin < total - pi + SLACK:
+            _emit(surface, front, h, x, y, z, d, v, limit)
+        h, side = next_corner(surface, v, side)
+        begin = end
+
+
 @compiled_in_place
+def _arrival(surface: Surface, front: Front, v: int) -> tuple[int, int, float]:
+    """Halfedge opposite a vertex over which its path arrives, a side there, and the negative angle between the line
+    and the other side.
+    """
+    h = np.int64(front.halfedge[v])
+    if h >= 0:
+        face, t = triangle(surface, h), front.entry[v]
+        x, y = face.left * face.cos_low, face.left * face.sin_low
+        return h, face.at_high, -atan2(t * y, x * (x - t) + y * y)
+    for k in range(surface.starts[v], surface.starts[v + 1]):
+        h = np.int64(surface.corners[k])
+        for g in range(h - h % 3, h - h % 3 + 3):
+            if surface.faces[g // 3, g % 3] == front.origin[v]:
+                return h, g, 0.0
+    return h, h, 0.0
+
+
+@compiled_inline
 def _emit(
     surface: Surface, front: Front, h: int, x: float, y: float, z: float, d: float, origin: int, limit: float
 ) -> None:
@@ -180,7 +133,7 @@ def _emit(
         _deliver(surface, front, h, i, base, limit)
 
 
-@compiled_in_place
+@compiled_inline
 def _cross_face(surface: Surface, front: Front, h: int, limit: float) -> None:
     """Propagate the windows in the list of a halfedge across its face, to the apex and over the other two sides."""
     windows, face = front.windows, triangle(surface, h)
@@ -192,8 +145,9 @@ def _cross_face(surface: Surface, front: Front, h: int, limit: float) -> None:
             j = w.next
             w.right, w.next = windows[j].right, windows[j].next
             release(windows, front.counts, j)
+        w.split = crossing_to(w.x, w.y, x, y)
         if not w.passed and w.offset + sqrt((x - w.x) ** 2 + (y + w.y) ** 2) < front.distance[face.apex]:
-            t = min(max(crossing_to(w.x, w.y, x, y), w.left), w.right)
+            t = min(max(w.split, w.left), w.right)
             d = length_to(w, t) + sqrt((x - t) ** 2 + y * y)
             _reach(surface, front, face.apex, d, w.origin, h, t, limit)
         i = w.next
@@ -219,7 +173,7 @@ def _cross_face(surface: Surface, front: Front, h: int, limit: float) -> None:
         _deliver(surface, front, face.at_high, at_high, face.right, limit)
 
 
-@compiled_in_place
+@compiled_inline
 def _deliver(surface: Surface, front: Front, h: int, i: int, base: float, limit: float) -> None:
     """Insert the windows of a list, which leave a face over its halfedge h, at all other faces of the edge."""
     windows, counts = front.windows, front.counts
@@ -242,14 +196,14 @@ def _deliver(surface: Surface, front: Front, h: int, i: int, base: float, limit:
     while first and g != h:
         copied, before, i = surface.across[g] != h, 0, first
         if front.waiting[g] == 0 and front.events[g] == 0:
-            _touch(front, g)
+            touch(front, g)
         windows[0].next = front.waiting[g]
         while i:
             following = windows[i].next
             before = insert(windows, counts, allocate(windows, counts, i) if copied else i, before)
             i = following
         front.waiting[g] = windows[0].next
-        _push(front, g, least)
+        push(front, g, least)
         g = np.int64(surface.across[g])
 
 
@@ -260,54 +214,7 @@ def _reach(
     """Set the distance of a vertex if it becomes shorter; the vertex becomes an event if paths may turn there."""
     if d < front.distance[v] * (1 - TIE) and d <= limit:
         if front.distance[v] == inf:
-            _touch(front, len(front.waiting) + v)
+            touch(front, len(front.waiting) + v)
         front.distance[v], front.origin[v], front.halfedge[v], front.entry[v] = d, origin, halfedge, entry
-        if surface.kinds[v] == 0:
-            surface.kinds[v] = TURNING if is_turning(surface, v) else CONVEX
-        if surface.kinds[v] == TURNING:
-            _push(front, len(front.waiting) + v, d)
-
-
-@compiled_in_place
-def _touch(front: Front, item: int) -> None:
-    """Note that the state of an item has changed."""
-    front.touched[front.counts[TOUCHED]] = item
-    front.counts[TOUCHED] += 1
-
-
-@compiled_in_place
-def _push(front: Front, item: int, key: float) -> None:
-    """Put an item into the queue, or move it forward."""
-    keys, items, places = front.keys, front.items, front.places
-    p = places[item] - 1
-    if p < 0:
-        p = front.counts[WAITING]
-        front.counts[WAITING] += 1
-    elif key >= keys[p]:
-        return
-    while p > 0 and keys[(p - 1) // 2] > key:
-        up = (p - 1) // 2
-        keys[p], items[p] = keys[up], items[up]
-        places[items[p]] = p + 1
-        p = up
-    keys[p], items[p], places[item] = key, item, p + 1
-
-
-@compiled_in_place
-def _pop(front: Front) -> None:
-    """Remove the item of the least key from the queue."""
-    keys, items, places = front.keys, front.items, front.places
-    places[items[0]] = 0
-    front.counts[WAITING] -= 1
-    size, p = front.counts[WAITING], 0
-    while size > 0:
-        down = 2 * p + 1
-        if down + 1 < size and keys[down + 1] < keys[down]:
-            down += 1
-        if down >= size or keys[down] >= keys[size]:
-            keys[p], items[p] = keys[size], items[size]
-            places[items[p]] = p + 1
-            return
-        keys[p], items[p] = keys[down], items[down]
-        places[items[p]] = p + 1
-        p = down
+        if total_angle(surface, v) != CONVEX:
+            push(front, len(front.waiting) + v, d)

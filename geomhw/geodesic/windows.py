@@ -18,7 +18,7 @@ from geomhw.compiled import compiled_in_place
 #: ``offset`` is the distance of the point from the sources; ``origin`` its vertex, or -1-k for source point k;
 #: ``passed`` whether the window has been propagated across its face.
 WINDOW = np.dtype(
-    [(name, np.float64) for name in ("left", "right", "x", "y", "offset")]
+    [(name, np.float64) for name in ("left", "right", "x", "y", "offset", "split")]
     + [(name, np.int32) for name in ("next", "origin", "passed")],
     align=True,
 )
@@ -68,20 +68,27 @@ def trim(window: Any, d_low: float, d_high: float, base: float) -> float:
     Return the least distance at the window, -1 where nothing is left. base: the edge length.
     """
     left, right, x, y = window.left, window.right, window.x, window.y
-    d_left, d_right = length_to(window, left), length_to(window, right)
-    if d_low + right < d_right * (1 - TIE) or d_high + (base - left) < d_left * (1 - TIE):
+    # Lengths from the two ends and at the window, less the offset.
+    low, high, h = d_low - window.offset, d_high - window.offset, y * y
+    at_left, at_right = ((left - x) ** 2 + h) * (1 - TIE) ** 2, ((right - x) ** 2 + h) * (1 - TIE) ** 2
+    if _is_less(low + right, at_right) or _is_less(high + (base - left), at_left):
         return -1.0
     # t + D = |(t - x, y)|, at which both are equally long, is linear in t.
-    if d_low + left < d_left * (1 - TIE):
-        D = d_low - window.offset
-        left = min(max(left, (x * x + y * y - D * D) / (2 * (D + x))), right)
-    if d_high + (base - right) < d_right * (1 - TIE):
-        D, u = d_high - window.offset, base - x
-        right = max(min(right, base - (u * u + y * y - D * D) / (2 * (D + u))), left)
+    if _is_less(low + left, at_left):
+        left = min(max(left, (x * x + h - low * low) / (2 * (low + x))), right)
+    if _is_less(high + (base - right), at_right):
+        u = base - x
+        right = max(min(right, base - (u * u + h - high * high) / (2 * (high + u))), left)
     window.left, window.right = left, right
     if not right - left > TIE * base:
         return -1.0
     return window.offset + y if left <= x <= right else length_to(window, left if x < left else right)
+
+
+@compiled_in_place
+def _is_less(length: float, square: float) -> bool:
+    """Whether a length is less than the root of a square."""
+    return length < 0 or length * length < square
 
 
 @compiled_in_place

@@ -1,4 +1,4 @@
-from .delaunay import DelaunayFlips as DelaunayFlips
+from .delaunay import intrinsic_delaunay as intrinsic_delaunay
 from .intrinsic_mesh import IntrinsicMesh as IntrinsicMesh
 from .intrinsic_mesh import mollified as mollified
 from .robust import RobustTriangulation as RobustTriangulation

@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass
 
-from geomhw.intrinsic.delaunay import DelaunayFlips
 from geomhw.intrinsic.intrinsic_mesh import IntrinsicMesh, mollified
 from geomhw.intrinsic.tufted_cover import tufted_cover
 from geomhw.mesh.polyhedral import PolyhedralSurface
@@ -20,8 +19,6 @@ class RobustTriangulation:
         Largest length added to an edge, in the units of the mesh.
     flips : int
         Number of edge flips.
-    rounds : int
-        Number of sets of independent flips.
 
     References
     ----------
@@ -38,7 +35,6 @@ class RobustTriangulation:
     surface: IntrinsicMesh
     mollification: float
     flips: int
-    rounds: int
 
     @classmethod
     def of(cls, mesh: PolyhedralSurface) -> "RobustTriangulation":
@@ -51,16 +47,17 @@ class RobustTriangulation:
         ConvergenceError
             If the flips do not terminate.
         """
+        from geomhw.intrinsic.delaunay import intrinsic_delaunay
+
         surface, growth = mollified(IntrinsicMesh.of(mesh))
         suited = mesh.is_closed and mesh.is_edge_manifold and mesh.is_oriented
-        flipped = DelaunayFlips(surface if suited else tufted_cover(surface))
-        return cls(flipped.surface, growth, flipped.flips, flipped.rounds)
+        flipped, flips = intrinsic_delaunay(surface if suited else tufted_cover(surface))
+        return cls(flipped, growth, flips)
 
     def report(self) -> dict[str, float | int]:
         """Return plain JSON values; lengths in the units of the mesh."""
         return {
             "edge_flips": self.flips,
-            "flip_rounds": self.rounds,
             "sheets": self.surface.sheets,
             "mollification": self.mollification,
             "mean_edge_length": self.surface.mean_edge_length,

@@ -18,7 +18,7 @@ ALLOWED = {
     "stages": set(),
     "background": set(),
     "mesh": {"arrays", "compiled", "errors"},
-    "intrinsic": {"arrays", "errors", "mesh"},
+    "intrinsic": {"arrays", "compiled", "errors", "mesh"},
     "operators": {"arrays", "errors", "mesh", "intrinsic"},
     "solvers": {"arrays", "errors", "background", "compiled", "options"},
     "results": {"arrays", "errors", "mesh"},

@@ -18,6 +18,6 @@ def test_a_single_point_is_refused() -> None:
 
 def test_flips_that_do_not_end(monkeypatch: pytest.MonkeyPatch) -> None:
     """When the flips do not end, the error names a vertex beside a changing edge."""
-    monkeypatch.setattr(delaunay, "MAX_ROUNDS", 2)
+    monkeypatch.setattr(delaunay, "MAX_FLIPS", 1)
     with pytest.raises(ConvergenceError, match=r"flips do not .*vertex \d+"):
         RobustTriangulation.of(spiky())

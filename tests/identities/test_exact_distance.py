@@ -182,6 +182,17 @@ def test_point_on_edge_is_same_in_all_faces() -> None:
     np.testing.assert_allclose(rows[1:], [rows[0]] * 2, rtol=1e-12)
 
 
+@pytest.mark.parametrize("name", ["crumpled_sphere", "crumpled_torus", "genus_two", "annulus"])
+def test_turning_directions(name: str) -> None:
+    """Paths that may turn in any direction at all vertices are no shorter than those restricted by angles."""
+    mesh = zoo_mesh(name)
+    for source in np.unique(mesh.faces)[::9]:
+        solver = ExactDistance(mesh)
+        solver._surface.totals[:] = np.inf
+        found = solver.from_vertices([source])["distance"]
+        np.testing.assert_allclose(exact(mesh, source), found, rtol=1e-13, atol=0)
+
+
 @pytest.mark.parametrize("share", [0.0, 0.1, 0.5, 1.0])
 def test_limit(share: float) -> None:
     """Up to the limit distances are those without one, and inf beyond."""
