@@ -14,12 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geomhw.arrays import Floats
-from geomhw.io.formats.vtk_write import active_arrays, arrays_at
+from geomhw.io.formats.vtk_write import TRIANGLE, active_arrays, arrays_at
 from geomhw.io.formats.xml_tree import UNWRITABLE
 from geomhw.results import Cloud, Result
 
 _KINDS = {"i": "Int", "u": "UInt", "f": "Float"}
-_TRIANGLE = 5
 #: Bytes coded in base64 at a time, a multiple of three.
 _CODED = 3 << 16
 #: Bytes of the length of an array, coded in one block with its first bytes: together a multiple of three.
@@ -44,7 +43,7 @@ def write_vtp_cloud(cloud: Cloud, path: Path) -> None:
 def write_vtu(result: Result, path: Path) -> None:
     """Write an unstructured grid of triangles."""
     mesh = result.mesh
-    cells = [*_triangles(result), ("types", np.full(mesh.n_faces, _TRIANGLE, np.uint8))]
+    cells = [*_triangles(result), ("types", np.full(mesh.n_faces, TRIANGLE, np.uint8))]
     size = f'NumberOfPoints="{mesh.n_vertices}" NumberOfCells="{mesh.n_faces}"'
     _write(result, mesh.vertices, path, "UnstructuredGrid", size, "Cells", cells)
 
