@@ -1,5 +1,6 @@
 """Files that options name. Each file that is read is an input of the command, which no output may overwrite."""
 
+import os
 import sys
 from collections.abc import Callable, Collection, Sequence
 from pathlib import Path
@@ -27,7 +28,7 @@ class InputFile(click.Path):
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """Return the path, which is an input from now on."""
         path = Path(str(super().convert(value, param, ctx)))
-        if path.is_dir():
+        if os.path.isdir(path):
             self.fail(f"{path} is a folder; give a file in it.", param, ctx)
         if path != STANDARD:
             add_input(path)

@@ -7,7 +7,7 @@ from typing import BinaryIO
 
 from geomhw.errors import FormatError
 from geomhw.io import formats
-from geomhw.io.file_content import read_bytes, refuse_utf16
+from geomhw.io.file_content import COMPRESSED, read_bytes, refuse_strangers
 from geomhw.io.formats.meshio_read import FORMATS, read_external
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.results import Cloud, Result
@@ -51,11 +51,13 @@ def read(source: str | Path | BinaryIO, extension: str = "") -> Result:
     """
     path = Path(source) if isinstance(source, str | Path) else Path("standard input")
     extension = extension or path.suffix.lower()
+    if extension in COMPRESSED:
+        raise FormatError(f"{path} is a compressed file or an archive; take the mesh out first")
     if extension not in READABLE:
         reason = f"'{extension}' is not a mesh format that is read" if extension else "the name has no extension"
         raise FormatError(f"{path}: {reason}; known are {' '.join(READABLE)}")
     if isinstance(source, str | Path) and extension in FORMATS and extension == path.suffix.lower():
-        refuse_utf16(path, read_bytes(path, limit=4))  # and what cannot be opened, as for other formats
+        refuse_strangers(path, read_bytes(path, limit=64))  # and what cannot be opened, as for other formats
         return read_external(path)
     data = read_bytes(path) if isinstance(source, str | Path) else source.read()
     if not data:
@@ -66,7 +68,7 @@ def read(source: str | Path | BinaryIO, extension: str = "") -> Result:
     try:
         return reader(path.name, data)
     except FormatError:
-        refuse_utf16(path, data)
+        refuse_strangers(path, data)
         raise
 
 

@@ -101,7 +101,7 @@ def check_outputs(
     for i, path in enumerate(paths):
         suffix = Path(path).suffix
         reason = why_not_writable(Path(path))
-        if Path(path).is_dir():
+        if os.path.isdir(path):
             reason = "it is a folder; give a file in it"
         elif suffix.lower() not in extensions:
             kind = f"'{suffix}' is not a format that is written" if suffix else "the name has no extension"

@@ -1,4 +1,4 @@
-"""The Makefiles of the examples do what their pages state on a fresh clone, and leave the files of the clone as they are."""
+"""The Makefiles of the examples do what their pages state on a fresh clone, and write into ignored folders only."""
 
 import re
 import shutil
