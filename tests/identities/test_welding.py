@@ -25,7 +25,7 @@ def test_distinct_points(kind, scale, collide, monkeypatch):
     assert (first[inverse] <= np.arange(len(points))).all()
 
 
-@pytest.mark.parametrize("scale", [1, 1e-200, 1e200])
+@pytest.mark.parametrize("scale", [1, 1e-30, 1e30])
 @pytest.mark.parametrize("offset", [0, 1e3])
 def test_first_nearby(scale, offset):
     """Chains of near points are those of all pairs, at any scale and place."""
