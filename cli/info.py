@@ -1,15 +1,18 @@
 """``geomhw info``: sizes, topology and defects of a mesh."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from geomhw_cli.options import REPORT, OptionGroup, command, flag
+from geomhw_cli.options import MESHES, REPORT, OptionGroup, command, flag
 from geomhw_cli.runtime.job import print_json
+from geomhw_cli.specs.files import read_input
 
 if TYPE_CHECKING:
     from geomhw.mesh.diagnostics import Finding
+    from geomhw.results import Result
 
 #: Places named in a line; --json has all.
 MAX_PLACES = 5
@@ -33,37 +36,68 @@ CONSEQUENCES = {
 }
 
 
-@command(OptionGroup("Input", flag("--check", "List defects, and what they mean for the commands.")), REPORT)
-def info(mesh_path: Path, check: bool, report: dict[str, Any]) -> None:
-    """Show sizes, topology and defects of MESH.
+@command(
+    OptionGroup("Input", flag("--check", "List defects, and what they mean for the commands.")),
+    REPORT,
+    arguments=[MESHES],
+)
+def info(mesh_paths: tuple[Path, ...], check: bool, report: dict[str, Any]) -> None:
+    """Show sizes, topology and defects of each MESH.
 
     With --check, prints one line per kind of defect, with the number of places and the first of them (counted from 0;
     --json lists all). Notes on what may impair results, and facts, come after the defects. Exit codes: 0 no defects,
-    1 defects, 2 MESH cannot be read. With -q, prints nothing.
+    1 defects, 2 a MESH cannot be read. With -q, prints nothing. Of several meshes, those that can be read are shown;
+    --json prints a list.
 
     \b
-    Example:
+    Examples:
       geomhw info data/creature.obj --check
+      geomhw info data/*.off --json
     """
-    from geomhw.io import read
-    from geomhw.mesh import findings, mesh_summary
+    from geomhw.errors import ArgumentError, GeomhwError
+    from geomhw.mesh import findings
 
-    content = read(mesh_path)
-    source, mesh = {"path": str(mesh_path), **content.report}, mesh_summary(content.mesh)
-    found = findings(content.mesh) if check else []
-    defects = any(finding.kind == "defect" for finding in found)
-    if report["as_json"] and not report["quiet"]:
-        checks = {"check": [_as_json(finding) for finding in found]} if check else {}
-        print_json({"command": "info", "input": source, "mesh": mesh} | checks)
-    elif not report["quiet"]:
-        remarks = source.pop("remarks", ())
-        lines = [(name.replace("_", " "), _text(value)) for name, value in [*source.items(), *mesh.items()]]
-        lines += [("remark", text) for text in remarks]
-        lines += [(f"array per {a.location}", f"{a.name} {a.values.shape[1:] or ''}".rstrip()) for a in content.fields]
-        lines += [(finding.kind, _line(finding)) for finding in found]
-        lines += [("defect", "none")] if check and not defects else []
-        click.echo("\n".join(f"{label:<24}{text}" for label, text in lines))
-    click.get_current_context().exit(int(defects))
+    context = click.get_current_context()
+    several, code, documents = len(mesh_paths) > 1, 0, []
+    for path in mesh_paths:
+        try:
+            content = read_input(path)
+        except GeomhwError as error:
+            if not several or isinstance(error, ArgumentError):
+                raise
+            click.echo(f"Error: {error}", err=True)
+            code = context.obj
+            continue
+        found = findings(content.mesh) if check else []
+        code = code or int(any(finding.kind == "defect" for finding in found))
+        if report["as_json"]:
+            documents.append(_document(path, content, found, check))
+        elif not report["quiet"]:
+            click.echo("\n".join(f"{label:<24}{text}" for label, text in _lines(path, content, found, check)))
+            if several and path is not mesh_paths[-1]:
+                click.echo()
+    if documents and not report["quiet"]:
+        print_json(documents if several else documents[0])
+    context.exit(code)
+
+
+def _document(path: Path, content: "Result", found: Sequence["Finding"], check: bool) -> dict[str, Any]:
+    """The report on one mesh as JSON."""
+    from geomhw.mesh import mesh_summary
+
+    document = {"command": "info", "input": {"path": str(path), **content.report}, "mesh": mesh_summary(content.mesh)}
+    return document | ({"check": [_as_json(finding) for finding in found]} if check else {})
+
+
+def _lines(path: Path, content: "Result", found: Sequence["Finding"], check: bool) -> list[tuple[str, str]]:
+    """The report on one mesh as labels and texts."""
+    document = _document(path, content, found, check)
+    remarks = document["input"].pop("remarks", ())
+    lines = [(key.replace("_", " "), _text(item)) for part in ("input", "mesh") for key, item in document[part].items()]
+    lines += [("remark", text) for text in remarks]
+    lines += [(f"array per {a.location}", f"{a.name} {a.values.shape[1:] or ''}".rstrip()) for a in content.fields]
+    lines += [(finding.kind, _line(finding)) for finding in found]
+    return lines + ([("defect", "none")] if check and all(finding.kind != "defect" for finding in found) else [])
 
 
 def _as_json(finding: "Finding") -> dict[str, Any]:

@@ -5,7 +5,7 @@ from pathlib import Path
 import click
 
 from geomhw_cli.options import OUTPUT, QUIET, OptionGroup, command, flag, option
-from geomhw_cli.specs.files import require_writable
+from geomhw_cli.specs.files import read_input, require_writable
 
 #: Operators by option: the function in `geomhw.operators` and a description.
 OPERATORS = {
@@ -35,14 +35,14 @@ def operators(mesh_path: Path, output: Path, quiet: bool, **flags: bool) -> None
       geomhw operators data/torus.off --connection -o C.npz
     """
     from geomhw import operators as library
-    from geomhw.io import WRITABLE_MATRICES, read_mesh, write_matrix
+    from geomhw.io import WRITABLE_MATRICES, write_matrix
 
     chosen = [name for name in OPERATORS if flags[name.replace("-", "_")]]
     if len(chosen) != 1:
         what = "Choose one operator per file" if chosen else "Choose an operator"
         raise click.UsageError(f"{what}: {', '.join('--' + name for name in chosen or OPERATORS)}.")
     require_writable([output], WRITABLE_MATRICES)
-    matrix = getattr(library, OPERATORS[chosen[0]][0])(read_mesh(mesh_path))
+    matrix = getattr(library, OPERATORS[chosen[0]][0])(read_input(mesh_path).mesh)
     write_matrix(output, matrix)
     if not quiet:
         rows, columns = matrix.shape

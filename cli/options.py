@@ -9,12 +9,13 @@ from click.core import ParameterSource
 from geomhw.options import DEFAULT_DT, DEFAULT_EVERY, DEFAULT_STEPS, PANEL_WIDTH, SolverName
 from geomhw_cli.runtime.memory import COMPUTING, require_memory
 from geomhw_cli.specs.fields import COLOR_HELP, color_files, field_files
-from geomhw_cli.specs.files import InputFile, OutputFile, Spec
+from geomhw_cli.specs.files import InputFile, OutputFile, Spec, set_format
 from geomhw_cli.specs.numbers import COUNT, POSITIVE, Number
 from geomhw_cli.specs.sources import SOURCE_HELP, SourceSpecs
 
 INPUT, OUTPUT = InputFile(), OutputFile()
 MESH = click.Argument(["mesh_path"], metavar="MESH", type=INPUT)
+MESHES = click.Argument(["mesh_paths"], metavar="MESH...", type=INPUT, nargs=-1, required=True)
 TIME_HELP = "auto, sqrt-h, h2, a multiple such as 0.5*h2, or a number (length squared)"
 #: Words that users of other programs try for an option.
 SYNONYMS = {
@@ -136,6 +137,9 @@ def command(
     *groups: OptionGroup, arguments: Sequence[click.Argument] = (MESH,)
 ) -> Callable[[Callable[..., None]], Command]:
     """Make a function a command with these groups of options, by default on one mesh."""
+    if MESH in arguments or MESHES in arguments:
+        k = int(groups[0].title == "Input")
+        groups = (*groups[:k], OptionGroup("Input", FORMAT), *groups[k:])
     params = [*arguments, *(option for group in groups for option in group.options)]
     return click.command(cls=Command, groups=groups, params=params)
 
@@ -145,6 +149,22 @@ def is_given(parameter: str) -> bool:
     return click.get_current_context().get_parameter_source(parameter) is ParameterSource.COMMANDLINE
 
 
+FORMAT = option(
+    "--format",
+    "FORMAT",
+    str,
+    "Format of MESH where it is - (standard input) or has no known extension: off, obj, ply, stl, vtk ...",
+    expose_value=False,
+    callback=set_format,
+)
+OUTPUT_FORMAT = option(
+    "--output-format",
+    "FORMAT",
+    str,
+    "Format of -o - (standard output): vtk, vtp, vtu or ply. The report goes to stderr.  [default: that of --format]",
+    expose_value=False,
+    callback=set_format,
+)
 SOURCE = option(
     "--source sources",
     "SPEC",
@@ -191,6 +211,7 @@ FIELD_FILES = OptionGroup(
         "Mesh with the computed arrays: .vtk, .vtp, .vtu or .ply. May be repeated.",
         multiple=True,
     ),
+    OUTPUT_FORMAT,
     option("--png", "FILE", OUTPUT, "Picture."),
     flag("--no-png", "Draw no picture."),
     WIDTH,

@@ -124,7 +124,8 @@ def run() -> int:
     except click.Abort:
         raise KeyboardInterrupt from None
     except OSError as error:  # of standard output; errors of files are FormatErrors
-        click.echo(f"Error: cannot write {error.filename or 'standard output'}: {error.strerror or error}", err=True)
+        where = error.filename or "cannot write standard output"
+        click.echo(f"Error: {where}: {error.strerror or error}", err=True)
         _close_output()
         return failure_code(sys.argv[1:])
 

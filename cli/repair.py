@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from geomhw_cli.options import OUTPUT, REPORT, OptionGroup, command, option
+from geomhw_cli.options import OUTPUT, OUTPUT_FORMAT, REPORT, OptionGroup, command, option
 from geomhw_cli.runtime.job import mesh_line, print_json
-from geomhw_cli.specs.files import require_writable
+from geomhw_cli.specs.files import STANDARD, read_input, require_writable, write_outputs
 from geomhw_cli.specs.numbers import LARGEST, SMALLEST, Number
 
 if TYPE_CHECKING:
@@ -46,6 +46,7 @@ STEPS = {
             multiple=True,
             required=True,
         ),
+        OUTPUT_FORMAT,
     ),
     REPORT,
 )
@@ -60,20 +61,20 @@ def repair(mesh_path: Path, tolerance: float | None, outputs: tuple[Path, ...], 
     Example:
       geomhw repair data/creature.obj -o creature.ply
     """
-    from geomhw.io import WRITABLE, read, write
+    from geomhw.io import WRITABLE
     from geomhw.mesh import mesh_summary
     from geomhw.mesh.repair import repair as repaired
     from geomhw.results import Field, Result
 
     require_writable(outputs, WRITABLE)
-    content = read(mesh_path)
+    content = read_input(mesh_path)
     done = repaired(content.mesh, tolerance)
     rows = {"vertex": done.vertices, "face": done.faces}
     fields = [
         Field(item.name, item.location, item.values[rows[item.location]]) if item.location in rows else item
         for item in content.fields
     ]
-    write(Result(done.mesh, fields), outputs)
+    write_outputs(Result(done.mesh, fields), outputs)
     summary, remarks = (
         mesh_summary(done.mesh),
         [*content.report.get("remarks", ()), *_differences(done, content.fields)],
@@ -89,13 +90,14 @@ def repair(mesh_path: Path, tolerance: float | None, outputs: tuple[Path, ...], 
                 "tolerance": done.tolerance,
                 "remarks": remarks,
                 "files": written,
-            }
+            },
+            outputs,
         )
     elif not report["quiet"]:
         lines = [("note", remark) for remark in remarks]
         lines += [("step", f"{done.steps[name]} {STEPS[name].format(tolerance=done.tolerance)}") for name in STEPS]
         lines += [("mesh", mesh_line(summary)), *(("wrote", path) for path in written)]
-        click.echo("\n".join(f"{label + ':':<10}{text}" for label, text in lines))
+        click.echo("\n".join(f"{label + ':':<10}{text}" for label, text in lines), err=STANDARD in outputs)
 
 
 def _differences(done: "Repair", fields: "Sequence[Field]") -> list[str]:

@@ -161,6 +161,8 @@ def _write_pairs(
     job: Job, queries: DistanceQueries, resolved: ResolvedQueries, partial: "ResumableFile", dtype: str
 ) -> None:
     """Write the distances of pairs in the order of their lines."""
+    import csv
+
     import numpy as np
 
     from geomhw.io import replacing
@@ -173,6 +175,8 @@ def _write_pairs(
             temporary.write_bytes(npy_header(distances.shape, dtype) + distances.tobytes())
         else:
             rows = zip(queries.pairs, distances.tolist(), strict=True)
-            text = "".join(f"{pair.words[0]},{pair.words[1]},{distance!r}\n" for pair, distance in rows)
-            temporary.write_text("source,target,distance\n" + text, encoding="utf-8", newline="\n")
+            with temporary.open("w", encoding="utf-8", newline="") as stream:
+                writer = csv.writer(stream, lineterminator="\n")
+                writer.writerow(["source", "target", "distance"])
+                writer.writerows([*pair.words, repr(distance)] for pair, distance in rows)
     partial.discard()

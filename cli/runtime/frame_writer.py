@@ -11,7 +11,7 @@ import click
 from geomhw_cli.runtime.background_writer import BackgroundWriter
 from geomhw_cli.runtime.job import Job
 from geomhw_cli.runtime.memory import DRAWING, require_memory
-from geomhw_cli.specs.files import inputs, require_writable
+from geomhw_cli.specs.files import file_stem, inputs, require_writable
 
 if TYPE_CHECKING:
     from geomhw.io import SeriesWriter
@@ -62,7 +62,7 @@ class FrameWriter:
         from geomhw.io.locks import locked
         from geomhw.render.offscreen import prepare
 
-        output = output or Path(f"{mesh_path.stem}.{command}.pvd")
+        output = output or Path(f"{file_stem(mesh_path)}.{command}.pvd")
         require_writable([output], [".pvd"])
         wanted = {kind: path for kind, path in extras.items() if path}
         for kind, path in wanted.items():

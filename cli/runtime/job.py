@@ -15,7 +15,7 @@ from geomhw.options import PANEL_WIDTH
 from geomhw.stages import Stages
 from geomhw.wording import counted
 from geomhw_cli.runtime.memory import DRAWING, require_memory
-from geomhw_cli.specs.files import require_writable
+from geomhw_cli.specs.files import STANDARD, file_stem, read_input, require_writable, write_outputs
 
 if TYPE_CHECKING:
     from geomhw.mesh.triangle_mesh import TriangleMesh
@@ -66,7 +66,7 @@ class Job:
 
         if png and no_png:
             raise click.UsageError("--png and --no-png exclude each other.")
-        name = f"{mesh_path.stem}.{command}"
+        name = f"{file_stem(mesh_path)}.{command}"
         if not outputs:
             outputs = [Path(f"{name}.vtk")]
             png = png or (None if no_png else Path(f"{name}.png"))
@@ -93,11 +93,9 @@ class Job:
 
     def read(self) -> "TriangleMesh":
         """Read the mesh; remarks of the reader go to the report."""
-        from geomhw.io import read
-
         self.log(f"reading {self.mesh_path}")
         with self.stage("read"):
-            content = read(self.mesh_path)
+            content = read_input(self.mesh_path)
         self.log(f"{content.mesh.n_vertices} vertices, {content.mesh.n_faces} faces")
         self.notes = content.report
         return content.mesh
@@ -117,10 +115,10 @@ class Job:
 
         picture: draws a result, with panels of a ``width``.
         """
-        from geomhw.io import write, write_png
+        from geomhw.io import write_png
 
         with self.stage("write"):
-            write(result, self.outputs)
+            write_outputs(result, self.outputs)
         self.written += map(str, self.outputs)
         if self.png:
             try:
@@ -157,11 +155,11 @@ class Job:
         if self.quiet:
             return
         if self.as_json:
-            print_json(report)
+            print_json(report, self.outputs)
         else:
             for line in [f"mesh: {mesh_line(report['mesh'])}", *lines, *(f"wrote: {path}" for path in self.written)]:
                 label, text = line.split(": ", 1)
-                click.echo(f"{label:<10}{text}")
+                click.echo(f"{label:<10}{text}", err=STANDARD in self.outputs)
 
     def _remarks(self, mesh: "TriangleMesh") -> list[str]:
         """Notes and warnings about the mesh."""
@@ -173,9 +171,9 @@ class Job:
         return lines
 
 
-def print_json(report: Mapping[str, Any]) -> None:
-    """Print a report as JSON."""
-    click.echo(json.dumps(report, indent=2, allow_nan=False))
+def print_json(report: Mapping[str, Any] | Sequence[Any], outputs: Sequence[Path] = ()) -> None:
+    """Print a report as JSON, on stderr if one of the outputs goes to stdout."""
+    click.echo(json.dumps(report, indent=2, allow_nan=False), err=STANDARD in outputs)
 
 
 def time_line(time: Mapping[str, Any], name: str = "time") -> str:

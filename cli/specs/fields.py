@@ -1,5 +1,6 @@
 """Vector fields, colors and axes as written on the command line."""
 
+import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -149,5 +150,5 @@ def _circulations(text: str, spec: str) -> dict[int, float]:
 
 
 def _is_file(spec: str) -> bool:
-    kind = spec.partition(":")[0]
-    return "." in spec and kind not in _KINDS
+    kind, path = spec.partition(":")[0], spec.rpartition(":")[0]
+    return kind not in _KINDS and ("." in spec or (path != "" and os.path.exists(path)))

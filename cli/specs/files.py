@@ -1,12 +1,22 @@
 """Files that options name. Each file that is read is an input of the command, which no output may overwrite."""
 
+import os
+import sys
 from collections.abc import Callable, Collection, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
+from click.core import ParameterSource
+
+if TYPE_CHECKING:
+    from geomhw.results import Result
 
 _INPUTS = "geomhw.inputs"
+#: Standard input or output in place of a file.
+STANDARD = Path("-")
+_TO_STREAM = "geomhw.to_stream"
+_FORMAT, _OUTPUT_FORMAT = "geomhw.format", "geomhw.output_format"
 
 
 class InputFile(click.Path):
@@ -18,9 +28,10 @@ class InputFile(click.Path):
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """Return the path, which is an input from now on."""
         path = Path(str(super().convert(value, param, ctx)))
-        if path.is_dir():
+        if os.path.isdir(path):
             self.fail(f"{path} is a folder; give a file in it.", param, ctx)
-        add_input(path)
+        if path != STANDARD:
+            add_input(path)
         return path
 
 
@@ -29,6 +40,13 @@ class OutputFile(click.Path):
 
     def __init__(self) -> None:
         super().__init__(path_type=Path)
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Return the path."""
+        path = Path(str(super().convert(value, param, ctx)))
+        if ctx and path == STANDARD:
+            ctx.meta[_TO_STREAM] = True
+        return path
 
 
 class Spec(click.ParamType):  # type: ignore[type-arg]  # generic in later versions of click
@@ -65,9 +83,78 @@ def require_writable(paths: Sequence[Path], extensions: Collection[str]) -> None
     from geomhw.errors import ArgumentError, FormatError
     from geomhw.io import check_outputs
 
+    files = [path for path in paths if path != STANDARD]
+    if len(files) < len(paths):
+        _require_stream_format(extensions)
+    if len(files) < len(paths) - 1:
+        raise ArgumentError("cannot write -: two of the outputs would be standard output")
     try:
-        check_outputs(paths, inputs(), extensions=extensions)
+        check_outputs(files, inputs(), extensions=extensions)
     except FormatError as error:
-        if all(path.suffix.lower() in extensions for path in paths):
+        if all(path.suffix.lower() in extensions for path in files):
             raise
         raise ArgumentError(str(error)) from error
+
+
+def set_format(context: click.Context, option: click.Parameter, value: str | None) -> None:
+    """Keep the extension that ``--format`` or ``--output-format`` names."""
+    if value:
+        key = _FORMAT if option.name == "format" else _OUTPUT_FORMAT
+        context.meta[key] = f".{value.lower().removeprefix('.')}"
+
+
+def _require_stream_format(extensions: Collection[str]) -> None:
+    """Raise ArgumentError unless standard output has a format, one of meshes."""
+    from geomhw.errors import ArgumentError
+    from geomhw.io import WRITABLE
+
+    if not set(WRITABLE) <= set(extensions):
+        raise ArgumentError(f"cannot write -: only meshes go to standard output; give a {' or '.join(extensions)} file")
+    extension = _stream_format()
+    if extension not in WRITABLE:
+        kind = f"'{extension[1:]}' is not written; " if extension else ""
+        raise ArgumentError(f"cannot write -: {kind}give --output-format {'|'.join(end[1:] for end in WRITABLE)}")
+
+
+def _stream_format() -> str:
+    meta = click.get_current_context().meta
+    return str(meta.get(_OUTPUT_FORMAT, meta.get(_FORMAT, "")))
+
+
+def read_input(path: Path) -> "Result":
+    """Read a mesh from a file or standard input; ``--format`` names the format of what has no known extension."""
+    from geomhw.errors import ArgumentError
+    from geomhw.io import READABLE, read
+
+    context = click.get_current_context()
+    extension = context.meta.get(_FORMAT, "")
+    if path != STANDARD and path.suffix.lower() in READABLE:
+        given = context.get_parameter_source("format") is ParameterSource.COMMANDLINE
+        if given and not context.meta.get(_TO_STREAM):
+            raise ArgumentError(f"--format is for - and unknown extensions; the extension of {path} names its format")
+        return read(path)
+    if extension and extension not in READABLE:
+        known = " ".join(end[1:] for end in READABLE)
+        raise ArgumentError(f"--format: '{extension[1:]}' is not a mesh format that is read; known are {known}")
+    if path != STANDARD:
+        return read(path, extension)
+    if not extension:
+        raise ArgumentError("standard input has no extension; name its format, such as --format off")
+    if sys.stdin.isatty():
+        raise ArgumentError("standard input is a terminal; give a file, or a mesh through a pipe")
+    return read(sys.stdin.buffer, extension)
+
+
+def write_outputs(result: "Result", paths: Sequence[Path]) -> None:
+    """Write a mesh with its fields to files, all or none, then to standard output if it is among them."""
+    from geomhw.io import write, write_stream
+
+    write(result, [path for path in paths if path != STANDARD])
+    if STANDARD in paths:
+        write_stream(result, sys.stdout.buffer, _stream_format())
+        sys.stdout.buffer.flush()
+
+
+def file_stem(path: Path) -> str:
+    """The name from which default names of outputs are made."""
+    return "stdin" if path == STANDARD else path.stem

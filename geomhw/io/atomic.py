@@ -72,13 +72,19 @@ def replacing(paths: Sequence[str | Path]) -> Iterator[list[Path]]:
 def why_not_writable(path: Path) -> str:
     """Return why a file cannot be written at this path, or ""."""
     target = Path(os.path.realpath(path))
-    if target.is_dir():
+    if os.path.isdir(target):
         return "it is a folder"
-    if target.is_symlink():
+    if os.path.islink(target):
         return "it is a link that leads to itself"
-    if target.exists() and not target.is_file():  # a file would take the place of the device
+    if os.path.exists(target) and not os.path.isfile(target):  # a file would take the place of the device
         return "it is a device or a pipe; write to a file"
-    if not target.parent.is_dir():
+    try:
+        os.lstat(target)
+    except (FileNotFoundError, NotADirectoryError):
+        pass
+    except OSError as error:  # a name that is too long, a folder that may not be searched
+        return (error.strerror or str(error)).lower()
+    if not os.path.isdir(target.parent):
         return f"there is no folder {path.parent if target.name == path.name else target.parent}"
     return ""
 

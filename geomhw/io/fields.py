@@ -1,6 +1,7 @@
 """Fields on a mesh from files: ``moo.vtp:heat``, ``u.npy``, ``all.npz:u``, ``t.csv:x,y,z``."""
 
 import csv
+import os
 import warnings
 from itertools import islice
 from pathlib import Path
@@ -80,13 +81,13 @@ def _split(spec: str) -> tuple[Path, str]:
     """File and array; a path may contain colons, so the file is the longest part that is a file."""
     cuts = [len(spec), *(i for i in reversed(range(len(spec))) if spec[i] == ":")]
     for cut in cuts:
-        if cut and Path(spec[:cut]).is_file():
+        if cut and os.path.isfile(spec[:cut]):
             return Path(spec[:cut]), spec[cut + 1 :]
     # For the message: the part before the last colon, unless that is the colon of a drive.
     head = spec.rpartition(":")[0]
     shown = Path(head if len(head) > 1 else spec)
-    reason = "it is a folder" if shown.is_dir() else "there is no such file"
-    if shown.exists() and not shown.is_dir():
+    reason = "it is a folder" if os.path.isdir(shown) else "there is no such file"
+    if os.path.exists(shown) and not os.path.isdir(shown):
         reason = "it is no regular file"
     raise FieldError(f"{shown}: {reason}, in the field '{spec}'")
 

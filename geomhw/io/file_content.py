@@ -1,6 +1,7 @@
 """Whole files as bytes, lines of text or JSON; a file that cannot be read gives a one-line error."""
 
 import json
+import os
 import re
 import stat
 from pathlib import Path
@@ -13,10 +14,23 @@ _OTHER_FILES = {stat.S_ISFIFO: "named pipe", stat.S_ISCHR: "device", stat.S_ISBL
 _UTF16 = re.compile(rb"\xff\xfe|\xfe\xff|[\t\n\r -~]\0[\t\n\r -~]\0|\0[\t\n\r -~]\0[\t\n\r -~]")
 
 
-def refuse_utf16(path: Path, data: bytes) -> None:
-    """Raise FormatError if a file starts as text in UTF-16 does."""
+#: First bytes of files that stand in place of a mesh: what they are, and what to do.
+_STRANGERS = {
+    rb"\x1f\x8b|BZh\d|\xfd7zXZ\0|\x28\xb5\x2f\xfd": "a compressed file; decompress it first",
+    rb"PK\x03\x04|7z\xbc\xaf|Rar!": "an archive; take the mesh out first",
+    rb"version https://git-lfs": "a pointer of Git LFS; run git lfs pull",
+    rb"\s*(?i:<!doctype html|<html)": "a page in HTML; save the mesh itself",
+}
+#: Extensions of compressed files.
+COMPRESSED = (".gz", ".bz2", ".xz", ".zst", ".zip", ".7z", ".rar", ".tgz", ".tar")
+
+
+def refuse_strangers(path: Path, data: bytes) -> None:
+    """Raise FormatError if a file is text in UTF-16, or another kind of file that meshes come in."""
     if _UTF16.match(data):
         raise FormatError(f"{path} is text in UTF-16, which is not read; save it in UTF-8")
+    if what := next((what for start, what in _STRANGERS.items() if re.match(start, data)), None):
+        raise FormatError(f"{path} is {what}")
 
 
 def read_bytes(path: Path, limit: int | None = None) -> bytes:
@@ -33,7 +47,7 @@ def read_bytes(path: Path, limit: int | None = None) -> bytes:
     except FileNotFoundError:
         raise FormatError(f"{path}: there is no such file") from None
     except (OSError, ValueError) as error:
-        reason = "it is a folder" if path.is_dir() else (getattr(error, "strerror", None) or str(error)).lower()
+        reason = "it is a folder" if os.path.isdir(path) else (getattr(error, "strerror", None) or str(error)).lower()
         raise FormatError(f"{path} cannot be read: {reason}") from error
     if not data:
         raise FormatError(f"{path} is an empty file")
@@ -60,7 +74,7 @@ def read_lines(path: str | Path) -> list[tuple[int, str]]:
     path = Path(path)
     try:
         data = read_bytes(path)
-        refuse_utf16(path, data)
+        refuse_strangers(path, data)
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError:
         raise FormatError(f"{path} is not a text file in UTF-8") from None

@@ -1,11 +1,13 @@
 """Reading meshes and points: the extension of a file chooses the reader."""
 
+import tempfile
 from collections.abc import Callable
 from pathlib import Path
+from typing import BinaryIO
 
 from geomhw.errors import FormatError
 from geomhw.io import formats
-from geomhw.io.file_content import read_bytes, refuse_utf16
+from geomhw.io.file_content import COMPRESSED, read_bytes, refuse_strangers
 from geomhw.io.formats.meshio_read import FORMATS, read_external
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.results import Cloud, Result
@@ -16,13 +18,15 @@ _OWN = (".off", ".obj", ".ply", ".stl", ".vtk", ".vtp", ".vtu")
 READABLE = (*_OWN, *FORMATS)
 
 
-def read(path: str | Path) -> Result:
+def read(source: str | Path | BinaryIO, extension: str = "") -> Result:
     """Read a mesh and the arrays on it.
 
     Parameters
     ----------
-    path
-        File with one of the extensions ``READABLE``.
+    source
+        File, or stream of bytes, which is read to its end.
+    extension
+        One of ``READABLE``; by default that of the file.
 
     Returns
     -------
@@ -45,21 +49,35 @@ def read(path: str | Path) -> Result:
     >>> result.report
     {'file': 'creature.obj', 'format': 'OBJ'}
     """
-    path = Path(path)
-    extension = path.suffix.lower()
+    path = Path(source) if isinstance(source, str | Path) else Path("standard input")
+    extension = extension or path.suffix.lower()
+    if extension in COMPRESSED:
+        raise FormatError(f"{path} is a compressed file or an archive; take the mesh out first")
     if extension not in READABLE:
-        reason = f"'{path.suffix}' is not a mesh format that is read" if path.suffix else "the name has no extension"
+        reason = f"'{extension}' is not a mesh format that is read" if extension else "the name has no extension"
         raise FormatError(f"{path}: {reason}; known are {' '.join(READABLE)}")
-    if extension in FORMATS:
-        refuse_utf16(path, read_bytes(path, limit=4))  # and what cannot be opened, as for other formats
+    if isinstance(source, str | Path) and extension in FORMATS and extension == path.suffix.lower():
+        refuse_strangers(path, read_bytes(path, limit=64))  # and what cannot be opened, as for other formats
         return read_external(path)
+    data = read_bytes(path) if isinstance(source, str | Path) else source.read()
+    if not data:
+        raise FormatError(f"{path} is empty")
+    if extension in FORMATS:
+        return _read_as(path.name + extension, data)
     reader: Callable[[str, bytes], Result] = getattr(formats, f"read_{extension[1:]}")
-    data = read_bytes(path)
     try:
         return reader(path.name, data)
     except FormatError:
-        refuse_utf16(path, data)
+        refuse_strangers(path, data)
         raise
+
+
+def _read_as(name: str, data: bytes) -> Result:
+    """Read bytes in a format of meshio, which takes files with its extensions only."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / name
+        path.write_bytes(data)
+        return read(path)
 
 
 def read_mesh(path: str | Path) -> TriangleMesh:

@@ -3,6 +3,7 @@
 import os
 from collections.abc import Collection, Sequence
 from pathlib import Path
+from typing import BinaryIO
 
 import numpy as np
 
@@ -53,15 +54,28 @@ def write(result: Result, paths: str | Path | Sequence[str | Path]) -> None:
     _check_fields(result)
     with replacing(targets) as temporaries:
         for temporary in temporaries:
-            _WRITERS[temporary.suffix.lower()](result, temporary)
+            with temporary.open("wb") as stream:
+                _WRITERS[temporary.suffix.lower()](result, stream)
+
+
+def write_stream(result: Result, stream: BinaryIO, extension: str) -> None:
+    """Write a mesh and its fields to a stream of bytes, in the format of an extension of ``WRITABLE``.
+
+    Raises
+    ------
+    FieldError
+        As `write` does.
+    """
+    _check_fields(result)
+    _WRITERS[extension](result, stream)
 
 
 def write_cloud(cloud: Cloud, path: str | Path) -> None:
     """Write points and their fields to a ``.vtp`` file atomically; errors are those of `write`."""
     check_outputs([path], extensions=[".vtp"])
     _check_fields(cloud)
-    with replacing([path]) as (temporary,):
-        write_vtp_cloud(cloud, temporary)
+    with replacing([path]) as (temporary,), temporary.open("wb") as stream:
+        write_vtp_cloud(cloud, stream)
 
 
 def check_outputs(
@@ -87,7 +101,7 @@ def check_outputs(
     for i, path in enumerate(paths):
         suffix = Path(path).suffix
         reason = why_not_writable(Path(path))
-        if Path(path).is_dir():
+        if os.path.isdir(path):
             reason = "it is a folder; give a file in it"
         elif suffix.lower() not in extensions:
             kind = f"'{suffix}' is not a format that is written" if suffix else "the name has no extension"

@@ -33,31 +33,50 @@ def distinct_points(points: Floats) -> tuple[Ints, Ints]:
     ([0, 1], [0, 1, 0])
     """
     order, new = _by_position(points)
-    first = order[new]  # lexsort is stable: the first of a group is its first occurrence
-    rank = np.empty(len(first), dtype=np.int64)
-    rank[np.argsort(first)] = np.arange(len(first))
+    is_first = np.zeros(len(points), dtype=bool)
+    is_first[order[new]] = True  # the order is stable: the first of a group is its first occurrence
+    rank = np.cumsum(is_first) - 1
     inverse = np.empty(len(points), dtype=np.int64)
-    inverse[order] = rank[np.cumsum(new) - 1]
-    return np.sort(first), inverse
+    inverse[order] = rank[order[new]][np.cumsum(new) - 1]
+    return np.flatnonzero(is_first), inverse
 
 
 def _by_position(points: Floats) -> tuple[Ints, NDArray[np.bool_]]:
     """An order of points, stable, in which equal ones follow each other, and whether each differs from the one before.
 
-    The order is by a hash of the coordinates, which takes half the time of one by coordinates.
+    The order is by a hash of the coordinates, which takes a fifth of the time of one by coordinates.
     """
     columns = np.ascontiguousarray(points.T) + 0.0  # -0.0 becomes 0.0
     bits = columns.view(f"u{columns.itemsize}").astype(np.uint64)
-    keys = bits[0] * _PRIMES[0] ^ bits[1] * _PRIMES[1] ^ bits[2] * _PRIMES[2]
-    order = np.argsort(keys, kind="stable")
-    new = np.ones(len(points), dtype=bool)
-    for attempt in range(2):
-        ranked = columns[:, order]
-        new[1:] = (ranked[:, 1:] != ranked[:, :-1]).any(axis=0)
-        if attempt or not (new[1:] & (np.diff(keys[order]) == 0)).any():
-            break
-        order = np.lexsort(columns)  # different points have one hash
+    if columns.itemsize == 8:
+        bits ^= bits >> np.uint64(32)  # the low bits of few digits are zero, and so would be those of the products
+    order, keys = _order(bits[0] * _PRIMES[0] ^ bits[1] * _PRIMES[1] ^ bits[2] * _PRIMES[2])
+    new = _changes(columns, order)
+    if (new[1:] & (keys[1:] == keys[:-1])).any():  # different points have one hash
+        order = np.lexsort(columns)
+        new = _changes(columns, order)
     return order, new
+
+
+def _order(keys: NDArray[np.uint64]) -> tuple[Ints, NDArray[np.uint64]]:
+    """The stable order of numbers by their high bits, and these bits in that order.
+
+    The index takes the place of the low bits: one sort of numbers takes a fifth of the time of a stable argsort.
+    """
+    index = np.uint64(len(keys).bit_length())
+    packed = (keys >> index << index) | np.arange(len(keys), dtype=np.uint64)
+    packed.sort()
+    return (packed & ~(~np.uint64(0) << index)).astype(np.int64), packed >> index
+
+
+def _changes(columns: Floats, order: Ints) -> NDArray[np.bool_]:
+    """Whether each point differs from the one before it in an order."""
+    new = np.zeros(len(order), dtype=bool)
+    new[:1] = True
+    for column in columns:
+        ranked = np.take(column, order)
+        new[1:] |= ranked[1:] != ranked[:-1]
+    return new
 
 
 def first_nearby(points: Floats, tolerance: float) -> Ints:
@@ -106,6 +125,12 @@ def _crowds(points: Floats, tolerance: float) -> tuple[Ints, Ints]:
 def _may_be_near(points: Floats, tolerance: float) -> Ints:
     """Positions of the points that have another one within a tolerance, and of some more."""
     along = points @ _DIRECTION
-    order = np.argsort(along)
-    close = np.diff(along[order]) <= 2 * tolerance + 1e-15 * float(np.abs(along).max(initial=0))
+    lowest = along.min(initial=0)
+    with np.errstate(divide="ignore", over="ignore"):
+        scale = 2.0**63 / (along.max(initial=lowest) - lowest)
+    if not 0 < scale < np.inf:
+        return np.arange(len(points))
+    order, ranked = _order(((along - lowest) * scale).astype(np.uint64))
+    gap = (2 * tolerance + 1e-15 * float(np.abs(along).max(initial=0))) * scale / 2.0 ** len(points).bit_length()
+    close = np.diff(ranked) <= np.uint64(min(gap + 2, 2.0**63))
     return order[np.append(close, False) | np.insert(close, 0, False)]

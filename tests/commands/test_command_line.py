@@ -4,9 +4,11 @@ import json
 from pathlib import Path
 
 import pytest
+from click.testing import CliRunner, Result
 
 from geomhw.io.artifacts.series import read_series
 from geomhw.mesh.primitives import icosphere
+from geomhw_cli.main import program
 from support.program import contents, files, run, save_off
 
 SHORT = ("--dt", "0.01", "--steps", "4", "--every", "2", "-q")
@@ -116,3 +118,65 @@ def test_frames_of_a_longer_run(folder: Path) -> None:
     assert {name for name in files(folder) if name.startswith("r.0")} == {frame.file for frame in read_series("r.pvd")}
     assert not Path("r.tracers.vtp.series").exists()
     assert contents(folder)["r.99999.vtp"] == b"mine"
+
+
+def through(text: bytes, *arguments: str) -> Result:
+    """Run the program with bytes at standard input."""
+    return CliRunner().invoke(program, arguments, input=text)
+
+
+def test_standard_input_and_output() -> None:
+    """``-`` is a stream whose format ``--format`` names; the report goes to stderr; default names start with stdin."""
+    mesh = Path("ball.off").read_bytes()
+    assert json.loads(through(mesh, "info", "-", "--format", "off", "--json").stdout)["mesh"]["vertices"] == 42
+    run("geodesic", "ball.off", "-o", "file.ply", "-q")
+    answer = through(mesh, "geodesic", "-", "--format", "off", "-o", "-", "--output-format", "ply", "-o", "both.ply")
+    assert answer.stdout_bytes == Path("file.ply").read_bytes() == Path("both.ply").read_bytes()
+    assert "wrote     -\n" in answer.stderr
+    answer = run("repair", "ball.off", "-o", "-", "--format", "vtu", "--json")
+    assert answer.stdout_bytes.startswith(b"<?xml")
+    assert json.loads(answer.stderr)["files"] == ["-"]
+    assert through(mesh, "vecdiffuse", "-", "--format", "OFF", "--no-png", "-q").exit_code == 0
+    assert Path("stdin.vecdiffuse.vtk").exists()
+    Path("ball.off").rename("ball.dat")
+    assert run("operators", "ball.dat", "--format", ".off", "--gradient", "-o", "G.npz").exit_code == 0
+    with_meshio = (
+        b"MeshVersionFormatted 2\nDimension 3\nVertices 3\n0 0 0 0\n1 0 0 0\n0 1 0 0\nTriangles 1\n1 2 3 0\nEnd\n"
+    )
+    assert through(with_meshio, "info", "-", "--format", "mesh").exit_code == 0
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ("info -", "--format"),
+        ("info - --format docx", "docx"),
+        ("info - --format ply", "standard input"),
+        ("info ball.off --format ply", "ball.off"),
+        ("geodesic ball.off -o -", "--output-format"),
+        ("geodesic ball.off -o - --format off", "'off'"),
+        ("geodesic ball.off -o - -o - --format ply", "two"),
+        ("geodesic ball.off -o a.ply --png -", ".png"),
+        ("geodesic ball.off --all-pairs -o - --format ply", ".npy"),
+        ("operators ball.off --gradient -o -", ".npz"),
+        ("fluid ball.off -o -", ".pvd"),
+    ],
+)
+def test_streams_that_are_refused(line: str, words: str) -> None:
+    """A stream without a format, or one that cannot be read or written, is refused, and nothing is written."""
+    answer = through(b"", *line.split())
+    assert answer.exit_code == (1 if words == "standard input" else 2)
+    assert words in answer.stderr
+    assert answer.stdout == ""
+    assert [path.name for path in Path().iterdir()] == ["ball.off"]
+
+
+def test_info_on_several_meshes() -> None:
+    """Each mesh that can be read is shown, and the exit code is that of the worst."""
+    save_off(icosphere(2), "next.off")
+    answer = run("info", "ball.off", "none.off", "next.off", "--json")
+    assert [document["mesh"]["vertices"] for document in json.loads(answer.stdout)] == [42, 162]
+    assert "none.off" in answer.stderr
+    assert answer.exit_code == 1
+    assert run("info", "ball.off", "none.off", "--check").exit_code == 2
+    assert run("info", "ball.off", "next.off").stdout.count("genus") == 2

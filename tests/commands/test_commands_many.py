@@ -187,3 +187,13 @@ def test_memory_does_not_grow_with_the_sources(monkeypatch: pytest.MonkeyPatch) 
             tracemalloc.stop()
     assert np.load("D.npy").shape == (2560, 2562)
     assert peaks[2] < 1.05 * peaks[1]
+
+
+def test_pairs_with_commas() -> None:
+    """Words with commas are quoted in the table of ``--pairs``."""
+    Path("pairs.txt").write_text("face:17:0.2,0.3,0.5 5\n3 7\n")
+    assert run("geodesic", "mesh.off", "--pairs", "pairs.txt", "-o", "P.csv", "-q").exit_code == 0
+    table = read_csv("P.csv")
+    assert table["source"].tolist() == ["face:17:0.2,0.3,0.5", "3"]
+    assert table["target"].tolist() == [5, 7]
+    assert Path("P.csv").read_text().startswith('source,target,distance\n"face:17:0.2,0.3,0.5",5,')

@@ -181,7 +181,7 @@ def test_option_is_documented(command: click.Command, option: click.Option) -> N
     shown = option.get_help_record(context)
     assert shown
     assert shown[1].strip()
-    if not option.is_flag and not option.multiple and context.params[option.name] is not None:
+    if not option.is_flag and not option.multiple and context.params.get(option.name) is not None:
         assert "default: " in shown[1]
 
 

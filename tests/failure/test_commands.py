@@ -68,6 +68,35 @@ def test_bad_arguments(arguments: list[str], code: int, words: str, folder: Path
     assert [p.name for p in folder.iterdir()] == ["ball.off"]
 
 
+LONG = "a" * 300
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        (f"info {LONG}.off", "cannot be read"),
+        (f"geodesic ball.off --pairs {LONG} -o D.csv", "cannot be read"),
+        (f"geodesic ball.off --source @{LONG} -o a.vtk", "cannot be read"),
+        (f"geodesic ball.off --mask {LONG}.ply:a -o a.vtk", "no such file"),
+        (f"fluid ball.off --restart {LONG}.restart.npz", "cannot be read"),
+        (f"geodesic ball.off -o {LONG}.vtk", "cannot write"),
+        ("advect ball.off --field ..:v", "a folder"),
+        ("advect ball.off --color ..:v", "a folder"),
+        ("geodesic ball.off --mask . -o a.vtk", "a folder"),
+        ("geodesic . -o a.vtk", "a folder"),
+        ("geodesic ball.off --source @. -o a.vtk", "a folder"),
+    ],
+)
+def test_files_that_cannot_be_read_or_written(line: str, words: str, folder: Path) -> None:
+    """Names that are too long and folders are refused as inputs or outputs, before any file is written."""
+    save_off(icosphere(0))
+    answer = run(*line.split())
+    assert answer.exit_code in (1, 2)
+    assert words in answer.stderr
+    assert ("write" in words) == ("cannot write" in answer.stderr)
+    assert [p.name for p in folder.iterdir()] == ["ball.off"]
+
+
 def test_failure_keeps_what_was_there() -> None:
     """A run that fails keeps an older result."""
     save_off(icosphere(0))

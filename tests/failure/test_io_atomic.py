@@ -38,9 +38,9 @@ def test_a_full_disk_is_one_sentence(tmp_path, monkeypatch):
     """A full disk gives one line, and keeps the former files."""
     (tmp_path / "a.vtp").write_text("old")
 
-    def full(result, path):
-        path.write_text("part")
-        raise OSError(errno.ENOSPC, "No space left on device", os.fspath(path))
+    def full(result, stream):
+        stream.write(b"part")
+        raise OSError(errno.ENOSPC, "No space left on device", stream.name)
 
     monkeypatch.setitem(write.__globals__["_WRITERS"], ".ply", full)
     with pytest.raises(FormatError, match=r"^cannot write b\.ply.*No space left on device.*room"):

@@ -127,3 +127,34 @@ def test_what_the_mesh_refuses_has_the_file_in_front(tmp_path):
     path.write_bytes(facets([[0, 0, 0], [np.inf, 0, 0], [0, 1, 0]]))
     with pytest.raises(MeshError, match=r"^moo\.stl: vertex 1"):
         read(path)
+
+
+STRANGERS = {
+    "gzip": (b"\x1f\x8b\x08\0", "compressed"),
+    "zip": (b"PK\x03\x04", "archive"),
+    "LFS": (b"version https://git-lfs.github.com/spec/v1\n", "LFS"),
+    "HTML": (b"\n<!DOCTYPE html>\n", "HTML"),
+}
+
+
+@pytest.mark.parametrize("kind", STRANGERS)
+@pytest.mark.parametrize("extension", READABLE)
+def test_other_files_under_the_name_of_a_mesh(tmp_path, extension, kind):
+    """Compressed files, archives, pointers and pages under the extension of a mesh are named as what they are."""
+    start, word = STRANGERS[kind]
+    path = tmp_path / f"moo{extension}"
+    path.write_bytes(start + b"oid sha256:0123456789\n" * 20)
+    assert word in message(path)
+
+
+def test_compressed_extensions(tmp_path):
+    """A compressed file is named as one by its extension."""
+    assert "compressed" in message(tmp_path / "moo.off.gz")
+
+
+@pytest.mark.parametrize("extension", READABLE)
+def test_names_that_are_too_long(tmp_path, extension):
+    """A name that is too long gives one line that does not speak of writing."""
+    text = message(tmp_path / ("a" * 300 + extension))
+    assert "too long" in text
+    assert "write" not in text

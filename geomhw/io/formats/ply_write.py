@@ -5,8 +5,7 @@ Hand-written because pyvista's writer drops arrays.
 
 import re
 from collections.abc import Iterator
-from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +23,7 @@ QUALITY = "comment quality is a copy of"
 _Column = tuple[str, NDArray[Any]]
 
 
-def write_ply(result: Result, path: Path) -> None:
+def write_ply(result: Result, stream: BinaryIO) -> None:
     """Write the mesh and its fields; vectors ``v`` become ``v_x v_y v_z``, arrays of other widths ``v_0 v_1 ...``.
 
     The scalar that viewers show first is there twice, as ``quality`` too.
@@ -43,10 +42,9 @@ def write_ply(result: Result, path: Path) -> None:
     header += [f"element face {mesh.n_faces}", "property list uchar int vertex_indices", *_declarations(face)]
     header += ["end_header", ""]
     corners: list[_Column] = [("corners", np.full(mesh.n_faces, 3, np.uint8)), ("indices", mesh.faces)]
-    with path.open("wb") as stream:
-        stream.write("\n".join(header).encode("ascii"))
-        stream.writelines(_records(vertex))
-        stream.writelines(_records(corners + face))
+    stream.write("\n".join(header).encode("ascii"))
+    stream.writelines(_records(vertex))
+    stream.writelines(_records(corners + face))
 
 
 def _active_scalar(result: Result) -> str:

@@ -121,12 +121,13 @@ def weld(soup: Floats, precision: float, remarks: list[str]) -> tuple[Floats, In
     first, corners = distinct_points(soup)
     points = soup[first].astype(np.float64)
     with np.errstate(invalid="ignore", over="ignore"):
-        extent = float((points.max(axis=0) - points.min(axis=0)).max())
+        low, high = points.min(axis=0), points.max(axis=0)  # nan or infinite if a coordinate is
+        extent, largest = float((high - low).max()), float(np.maximum(-low, high).max())
         step = 3 * max(1, len(corners) // (3 * _SAMPLE))
         edges = points[corners[1::step]] - points[corners[: len(corners) - 1 : step]]
         median = float(np.median(np.linalg.norm(edges, axis=1)))
-        tolerance = min(precision * float(np.abs(points).max()), _COARSEST * extent, _MEDIAN * median)
-    if not (0 < tolerance < np.inf and np.isfinite(points).all()):
+        tolerance = min(precision * largest, _COARSEST * extent, _MEDIAN * median)
+    if not (0 < tolerance < np.inf and np.isfinite(extent)):
         return soup[first], corners
     group = first_nearby(points, tolerance)
     kept = group == np.arange(len(group))

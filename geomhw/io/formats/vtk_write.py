@@ -6,8 +6,7 @@ and reports a full disk on standard error.
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
-from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 from urllib.parse import quote
 
 import numpy as np
@@ -18,6 +17,8 @@ from geomhw.results import Cloud, Result
 
 _TYPES = {"i1": "char", "u1": "unsigned_char", "i2": "short", "u2": "unsigned_short", "i4": "int"}
 _TYPES |= {"u4": "unsigned_int", "i8": "vtktypeint64", "u8": "vtktypeuint64", "f4": "float", "f8": "double"}
+#: VTK's number of the cell type.
+TRIANGLE = 5
 #: Rows written at a time.
 _ROWS = 1 << 13
 #: Fields that answer the question of a command; viewers show them first.
@@ -25,18 +26,19 @@ _ANSWERS = ("distance", "color", "transported", "direction", "velocity")
 _Array = tuple[str, NDArray[Any]]
 
 
-def write_vtk(result: Result, path: Path) -> None:
-    """Write triangles as polydata with all fields."""
+def write_vtk(result: Result, stream: BinaryIO) -> None:
+    """Write an unstructured grid of triangles with all fields; meshio reads no polydata."""
     mesh = result.mesh
-    with path.open("wb") as stream:
-        stream.write(b"# vtk DataFile Version 3.0\ngeomhw\nBINARY\nDATASET POLYDATA\n")
-        stream.writelines(_field_section(arrays_at(result, "mesh")))
-        stream.write(f"POINTS {mesh.n_vertices} double\n".encode())
-        stream.writelines(_big_endian(mesh.vertices))
-        stream.write(f"POLYGONS {mesh.n_faces} {4 * mesh.n_faces}\n".encode())
-        stream.writelines(_big_endian(mesh.faces, counted=True))
-        stream.writelines(_attributes(f"POINT_DATA {mesh.n_vertices}", arrays_at(result, "vertex")))
-        stream.writelines(_attributes(f"CELL_DATA {mesh.n_faces}", arrays_at(result, "face")))
+    stream.write(b"# vtk DataFile Version 3.0\ngeomhw\nBINARY\nDATASET UNSTRUCTURED_GRID\n")
+    stream.writelines(_field_section(arrays_at(result, "mesh")))
+    stream.write(f"POINTS {mesh.n_vertices} double\n".encode())
+    stream.writelines(_big_endian(mesh.vertices))
+    stream.write(f"CELLS {mesh.n_faces} {4 * mesh.n_faces}\n".encode())
+    stream.writelines(_big_endian(mesh.faces, counted=True))
+    stream.write(f"CELL_TYPES {mesh.n_faces}\n".encode())
+    stream.writelines(_big_endian(np.broadcast_to(np.int32(TRIANGLE), mesh.n_faces)))
+    stream.writelines(_attributes(f"POINT_DATA {mesh.n_vertices}", arrays_at(result, "vertex")))
+    stream.writelines(_attributes(f"CELL_DATA {mesh.n_faces}", arrays_at(result, "face")))
 
 
 def arrays_at(result: Result | Cloud, location: Location) -> list[_Array]:

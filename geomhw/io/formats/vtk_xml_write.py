@@ -7,46 +7,44 @@ and reports a full disk on standard error.
 import binascii
 from collections.abc import Iterable, Iterator
 from itertools import chain
-from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
 
 from geomhw.arrays import Floats
-from geomhw.io.formats.vtk_write import active_arrays, arrays_at
+from geomhw.io.formats.vtk_write import TRIANGLE, active_arrays, arrays_at
 from geomhw.io.formats.xml_tree import UNWRITABLE
 from geomhw.results import Cloud, Result
 
 _KINDS = {"i": "Int", "u": "UInt", "f": "Float"}
-_TRIANGLE = 5
 #: Bytes coded in base64 at a time, a multiple of three.
 _CODED = 3 << 16
 #: Bytes of the length of an array, coded in one block with its first bytes: together a multiple of three.
 _LENGTH, _FIRST = 8, 16
 
 
-def write_vtp(result: Result, path: Path) -> None:
+def write_vtp(result: Result, stream: BinaryIO) -> None:
     """Write triangles as polydata."""
     mesh = result.mesh
     size = f'NumberOfPoints="{mesh.n_vertices}" NumberOfPolys="{mesh.n_faces}"'
-    _write(result, mesh.vertices, path, "PolyData", size, "Polys", _triangles(result))
+    _write(result, mesh.vertices, stream, "PolyData", size, "Polys", _triangles(result))
 
 
-def write_vtp_cloud(cloud: Cloud, path: Path) -> None:
+def write_vtp_cloud(cloud: Cloud, stream: BinaryIO) -> None:
     """Write points as polydata with a vertex cell for each."""
     count = len(cloud.points)
     cells = [("connectivity", np.arange(count)), ("offsets", np.arange(1, count + 1))]
     size = f'NumberOfPoints="{count}" NumberOfVerts="{count}"'
-    _write(cloud, cloud.points, path, "PolyData", size, "Verts", cells)
+    _write(cloud, cloud.points, stream, "PolyData", size, "Verts", cells)
 
 
-def write_vtu(result: Result, path: Path) -> None:
+def write_vtu(result: Result, stream: BinaryIO) -> None:
     """Write an unstructured grid of triangles."""
     mesh = result.mesh
-    cells = [*_triangles(result), ("types", np.full(mesh.n_faces, _TRIANGLE, np.uint8))]
+    cells = [*_triangles(result), ("types", np.full(mesh.n_faces, TRIANGLE, np.uint8))]
     size = f'NumberOfPoints="{mesh.n_vertices}" NumberOfCells="{mesh.n_faces}"'
-    _write(result, mesh.vertices, path, "UnstructuredGrid", size, "Cells", cells)
+    _write(result, mesh.vertices, stream, "UnstructuredGrid", size, "Cells", cells)
 
 
 _Arrays = list[tuple[str, NDArray[Any]]]
@@ -58,7 +56,7 @@ def _triangles(result: Result) -> _Arrays:
 
 
 def _write(
-    result: Result | Cloud, points: Floats, path: Path, kind: str, size: str, cell_tag: str, cells: _Arrays
+    result: Result | Cloud, points: Floats, stream: BinaryIO, kind: str, size: str, cell_tag: str, cells: _Arrays
 ) -> None:
     head = f'<VTKFile type="{kind}" version="1.0" byte_order="LittleEndian" header_type="UInt64">'
     piece = [
@@ -67,12 +65,11 @@ def _write(
         _attributes("PointData", arrays_at(result, "vertex")),
         _attributes("CellData", arrays_at(result, "face")),
     ]
-    with path.open("wb") as stream:
-        stream.write(f'<?xml version="1.0"?>\n{head}\n<{kind}>\n'.encode())
-        stream.writelines(_element("FieldData", arrays_at(result, "mesh"), tuples=True))
-        stream.write(f"<Piece {size}>\n".encode())
-        stream.writelines(chain.from_iterable(piece))
-        stream.write(f"</Piece>\n</{kind}>\n</VTKFile>\n".encode())
+    stream.write(f'<?xml version="1.0"?>\n{head}\n<{kind}>\n'.encode())
+    stream.writelines(_element("FieldData", arrays_at(result, "mesh"), tuples=True))
+    stream.write(f"<Piece {size}>\n".encode())
+    stream.writelines(chain.from_iterable(piece))
+    stream.write(f"</Piece>\n</{kind}>\n</VTKFile>\n".encode())
 
 
 def _attributes(name: str, arrays: _Arrays) -> Iterator[bytes]:
