@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from geomhw_cli.runtime.background_writer import BackgroundWriter
+from geomhw_cli.runtime.interrupts import restored
 from geomhw_cli.runtime.job import Job
 from geomhw_cli.runtime.memory import DRAWING, require_memory
 from geomhw_cli.specs.files import inputs, require_writable
@@ -92,7 +93,7 @@ class FrameWriter:
         An interrupt says how far the series is valid.
         """
         try:
-            with self.background:
+            with self.background, restored():
                 yield
         except KeyboardInterrupt as stop:
             if self.rows:

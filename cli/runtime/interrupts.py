@@ -2,8 +2,7 @@
 
 import os
 import signal
-import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 SIGNALS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
@@ -13,9 +12,18 @@ arrived: list[int] = []
 
 def install() -> None:
     """Handle the signals that this process does not ignore."""
+    _handle_by(_interrupt)
+
+
+def end_at_once() -> None:
+    """Let the signals end the process from now on, when its work is done, without the interpreter's clean-up."""
+    _handle_by(lambda number, _: os._exit(128 + number))
+
+
+def _handle_by(handler: Callable[[int, object], object]) -> None:
     for number in SIGNALS:
         if signal.getsignal(number) not in (signal.SIG_IGN, None):
-            signal.signal(number, _interrupt)
+            signal.signal(number, handler)
 
 
 def exit_code() -> int:
@@ -24,8 +32,21 @@ def exit_code() -> int:
 
 
 @contextmanager
+def restored() -> Iterator[None]:
+    """Raise KeyboardInterrupt within the block where compiled code made another error of it."""
+    try:
+        yield
+    except SystemError as error:
+        if arrived:
+            raise KeyboardInterrupt from error
+        raise
+
+
+@contextmanager
 def delayed() -> Iterator[None]:
     """Delay the signals to the end of the block."""
+    import threading
+
     if threading.current_thread() is not threading.main_thread():  # Python allows handlers in the main thread only
         yield
         return

@@ -13,6 +13,7 @@ import click
 from geomhw.errors import RenderError
 from geomhw.options import PANEL_WIDTH
 from geomhw.stages import Stages
+from geomhw_cli.runtime.interrupts import restored
 from geomhw_cli.runtime.memory import DRAWING, require_memory
 from geomhw_cli.specs.files import require_writable
 
@@ -81,7 +82,7 @@ class Job:
         """Measure the time of a block, under this name in the report; with ``verbose``, log it."""
         before = self.stages.seconds.get(name, 0.0)
         self.log(f"{name} ...")
-        with self.stages(name):
+        with self.stages(name), restored():
             yield
         self.log(f"{name}: {self.stages.seconds[name] - before:.3f} s")
 

@@ -60,7 +60,9 @@ def terrain(rng: Random) -> Arrays:
     """Return a rough height field."""
     vertices, faces = arrays(grid(10, 9))
     x, y = vertices[:, 0], vertices[:, 1]
-    vertices[:, 2] = 0.2 * np.sin(5 * x + rng.uniform(0, 6)) * np.cos(7 * y) + rng.uniform(0, 0.1) * rng.normal(size=len(x))
+    vertices[:, 2] = 0.2 * np.sin(5 * x + rng.uniform(0, 6)) * np.cos(7 * y) + rng.uniform(0, 0.1) * rng.normal(
+        size=len(x)
+    )
     return vertices, faces
 
 

@@ -4,9 +4,11 @@ import os
 import random
 import tempfile
 import time
+from collections.abc import Iterator
 from pathlib import Path
 
 from attack.program import fresh, prepared
+
 from fuzz.mutations import mutated
 from fuzz.targets import TARGETS
 from support.program import contents, run
@@ -27,14 +29,14 @@ READERS = {
     "picture": ["compare X X"],
     "state": ["fluid ball.off --restart X --steps 1 -o s.pvd"],
 }
-MESH = ["info X", "info X --check", "geodesic X --no-png -o g.vtk", "repair X -o r.off", "compare X ball.off"]
+MESH = ["info X", "info X --check", "geodesic X --no-png -o g.vtk", "repair X -o r.ply", "compare X ball.off"]
 MESH += ["geodesic ball.off --source @X --no-png -o g.vtk", "advect X --steps 1 -o s.pvd"]
 SECONDS = 20
 
 
-def attack(seed: int, count: int) -> tuple[int, list[str]]:
-    """Give this number of damaged files to commands; return the number of command lines and the failures."""
-    chance, failures = random.Random(seed), []
+def attack(seed: int, count: int) -> Iterator[list[str]]:
+    """Give this number of damaged files to commands; yield what is wrong with each answer."""
+    chance = random.Random(seed)
     here = os.getcwd()
     with prepared() as template, tempfile.TemporaryDirectory() as space:
         for number in range(count):
@@ -53,8 +55,8 @@ def attack(seed: int, count: int) -> tuple[int, list[str]]:
             if wrong:
                 kept = Path(tempfile.gettempdir()) / f"geomhw-attack-{seed}-{number}{TARGETS[name][0]}"
                 kept.write_bytes(data)
-                failures += [f"files {number}: {command} with {kept}: {words}" for words in wrong]
-    return count, failures
+                wrong = [f"files {number}: {command} with {kept}: {words}" for words in wrong]
+            yield wrong
 
 
 def answered(command: str, folder: Path) -> list[str]:

@@ -4,8 +4,8 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
-
 from attack.families import FAMILIES, random_mesh
+
 from geomhw.errors import GeomhwError, MeshError
 from geomhw.flow.helmholtz import HelmholtzDecomposition
 from geomhw.geodesic.edge_paths import edge_path_distance
@@ -18,6 +18,8 @@ from support.methods import COMMANDS, Answer, Case, case_of, exact, robust, scal
 METHODS: dict[str, Callable[[Case], Answer]] = {**COMMANDS, "robust": robust, "exact": exact}
 #: Largest relative differences: between the same numbers in another order, and numbers that were rounded anew.
 SAME, ROUNDED = 1e-8, 1e-6
+#: Families with edges of more than two faces, which vectors pass by the mean of normals, as the report warns.
+NOT_MANIFOLD = ("pages", "touching")
 
 
 @dataclass(frozen=True)
@@ -126,24 +128,25 @@ def decomposition(case: Case) -> Result | None:
         return None
 
 
-def attack(seed: int, count: int) -> tuple[int, list[str]]:
-    """Check this number of meshes, family by family; return the number of checks and the failures."""
-    checks, failures = 0, []
-    for number in range(count):
-        family = list(FAMILIES)[number % len(FAMILIES)]
-        label = f"{family} {seed + number // len(FAMILIES)}"
-        case = case_of(random_mesh(family, seed + number // len(FAMILIES)))
-        try:
-            failures += [f"{label}: {words}" for words in identities(case)]
-        except GeomhwError as error:
-            failures.append(f"{label}: refused: {error}")
+def attack(seed: int, count: int, first: int = 0) -> Iterator[list[str]]:
+    """Check this number of meshes, family by family; yield what is wrong with each check."""
+    for number in range(first, first + count):
+        family, of_mesh = list(FAMILIES)[number % len(FAMILIES)], seed + number // len(FAMILIES)
+        case = case_of(random_mesh(family, of_mesh))
+        yield [f"{family} {of_mesh}: {words}" for words in identities(case)]
         for change, former, changed in changes(case, seed + number):
             for method in METHODS:
-                checks += 1
-                expected, found = answer_of(method, former), answer_of(method, changed.case)
-                if isinstance(expected, str) or isinstance(found, str):
-                    if expected != found:
-                        failures.append(f"{label}: {method}, {change}: {expected if isinstance(expected, str) else found}")
-                elif (far := difference(expected, found, changed)) > changed.tolerance:
-                    failures.append(f"{label}: {method}, {change}: differs by {far:.2g}")
-    return checks, failures
+                if method == "vecdiffuse" and change == "flipped" and family in NOT_MANIFOLD:
+                    continue
+                words = compared(method, former, changed)
+                yield [f"{family} {of_mesh}: {method}, {change}: {words}"] if words else []
+
+
+def compared(method: str, former: Case, changed: Change) -> str:
+    """Return what is wrong with the answer on a changed mesh, or an empty text."""
+    expected, found = answer_of(method, former), answer_of(method, changed.case)
+    if isinstance(expected, str) or isinstance(found, str):
+        # At the longest step with which an iteration converges, rounding decides.
+        return "" if expected == found or "ConvergenceError" in (expected, found) else f"{found}, was {expected}"
+    size = difference(expected, found, changed)
+    return f"differs by {size:.2g}" if size > changed.tolerance else ""

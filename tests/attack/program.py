@@ -34,7 +34,7 @@ COMMANDS = {
     "mp4": "advect ball.off --dt 0.01 --steps 10 --every 2 -o m.pvd --mp4 m.mp4 --width 200",
     "fluid": f"fluid ball.off {FLUID} -o f.pvd --csv f.csv",
     "fluid film": f"fluid ball.off {FLUID} -o k.pvd --gif k.gif --width 200",
-    "repair": "repair ball.off -o r.off",
+    "repair": "repair ball.off -o r.ply",
     "info": "info ball.off --json",
     "compare": "compare ball.off ring.off",
 }
@@ -131,4 +131,5 @@ def _wrong_series(path: Path, before: dict[str, bytes]) -> list[str]:
         frames = read_series(path)
     except GeomhwError as error:
         return [str(error)]
-    return [f"{path.name} names {frame.file}, which is missing" for frame in frames if not Path(frame.file).exists()]
+    missing = [frame.file for frame in frames if not (path.parent / frame.file).exists()]
+    return [f"{path.name} names missing frames, the first of which is {missing[0]}"] if missing else []

@@ -3,19 +3,22 @@
 import random
 import tempfile
 import time
+from collections.abc import Iterator
 from functools import lru_cache
 from pathlib import Path
 
 from attack.program import FLOW, FLUID, SECONDS, finished, fresh, prepared, start
+
 from support.program import contents
 
+ROWS = "geodesic ring.off --all-pairs -o D.npy"
 #: Two commands whose outputs share a file, by the kind of the file.
 PAIRS = {
     "mesh": ("geodesic ball.off --source 0 -o a.vtk -o b.ply", "geodesic ball.off --source 9 -o a.vtk -o b.ply"),
-    "picture": ("geodesic ball.off --source 0 -o a.vtk --png a.png", "geodesic ball.off --source 9 -o a.vtk --png a.png"),
-    "matrix": ("geodesic ring.off --all-pairs --time h2 -o D.npy", "geodesic ring.off --all-pairs --time sqrt-h -o D.npy"),
-    "same matrix": ("geodesic ring.off --all-pairs --time h2 -o D.npy",) * 2,
-    "other method": ("geodesic ring.off --all-pairs --time h2 -o D.npy", "geodesic ring.off --all-pairs --method exact -o D.npy"),
+    "picture": tuple(f"geodesic ball.off --source {v} -o a.vtk --png a.png" for v in (0, 9)),
+    "matrix": tuple(f"{ROWS} --time {time}" for time in ("h2", "sqrt-h")),
+    "same matrix": (ROWS, ROWS),
+    "other method": (ROWS, f"{ROWS} --method exact"),
     "sparse": tuple(f"geodesic ring.off --all-pairs --method exact --limit {r} -o D.npz" for r in (1, 0.5)),
     "operator": ("operators ball.off --stiffness -o S.mtx", "operators ball.off --mass -o S.mtx"),
     "series": (f"advect ball.off {FLOW} -o s.pvd", f"advect ball.off {FLOW} -o s.pvd --integrator expm"),
@@ -23,7 +26,7 @@ PAIRS = {
     "film": tuple(f"advect ball.off {FLOW} -o {name}.pvd --gif g.gif --width 200" for name in "ab"),
     "sheet": tuple(f"fluid ball.off {FLUID} -o {name}.pvd --png g.png --width 200" for name in "ab"),
     "fluid": (f"fluid ball.off {FLUID} -o f.pvd", f"fluid ball.off {FLUID} -o f.pvd --scheme rk4"),
-    "repair": ("repair ball.off -o r.off", "repair ring.off -o r.off"),
+    "repair": ("repair ball.off -o r.ply", "repair ring.off -o r.ply"),
 }
 
 
@@ -37,17 +40,16 @@ def alone(command: str) -> tuple[float, dict[str, bytes]]:
         return time.monotonic() - begun, {k: v for k, v in contents(folder).items() if k not in before}
 
 
-def attack(seed: int, count: int) -> tuple[int, list[str]]:
-    """Start this number of pairs; return their number and the failures."""
-    chance, failures = random.Random(seed), []
+def attack(seed: int, count: int) -> Iterator[list[str]]:
+    """Start this number of pairs; yield what is wrong with each."""
+    chance = random.Random(seed)
     with prepared() as template, tempfile.TemporaryDirectory() as space:
         for number in range(count):
             kind = list(PAIRS)[number % len(PAIRS)]
             pair = chance.sample(PAIRS[kind], 2)
             delay = chance.uniform(0, 0.9) * alone(pair[0])[0] if chance.random() < 0.6 else 0.0
             folder = fresh(template, Path(space) / "run")
-            failures += [f"rivals {number} ({kind}, {delay:.1f} s): {words}" for words in raced(pair, delay, folder)]
-    return count, failures
+            yield [f"rivals {number} ({kind}, {delay:.1f} s): {words}" for words in raced(pair, delay, folder)]
 
 
 def raced(pair: list[str], delay: float, folder: Path) -> list[str]:

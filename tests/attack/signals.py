@@ -4,9 +4,11 @@ import random
 import signal
 import tempfile
 import time
+from collections.abc import Iterator
 from pathlib import Path
 
 from attack.program import COMMANDS, SECONDS, finished, fresh, prepared, reference, start, wrong_files
+
 from support.program import contents
 
 SIGNALS = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP]
@@ -14,9 +16,9 @@ SIGNALS = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP]
 OLD = b"old"
 
 
-def attack(seed: int, count: int) -> tuple[int, list[str]]:
-    """Interrupt this number of runs; return the number of runs and the failures."""
-    chance, failures = random.Random(seed), []
+def attack(seed: int, count: int) -> Iterator[list[str]]:
+    """Interrupt this number of runs; yield what is wrong with each."""
+    chance = random.Random(seed)
     with prepared() as template, tempfile.TemporaryDirectory() as space:
         for number in range(count):
             kind = list(COMMANDS)[number % len(COMMANDS)]
@@ -28,8 +30,7 @@ def attack(seed: int, count: int) -> tuple[int, list[str]]:
                     (folder / name).write_bytes(OLD)
             again = chance.random() < 0.25
             label = f"signals {number}: {COMMANDS[kind].split()[0]} ({kind}), {sent.name} at {moment:.2f}"
-            failures += [f"{label}: {words}" for words in interrupted(kind, folder, sent, moment, again)]
-    return count, failures
+            yield [f"{label}: {words}" for words in interrupted(kind, folder, sent, moment, again)]
 
 
 def interrupted(kind: str, folder: Path, sent: signal.Signals, moment: float, again: bool) -> list[str]:
@@ -56,9 +57,15 @@ def interrupted(kind: str, folder: Path, sent: signal.Signals, moment: float, ag
     old = {name for name, data in after.items() if data == OLD}
     growing = any(name.endswith(".pvd") for name in expected.files)
     if old and whole and not growing and not all(name in err for name in whole):
-        wrong.append(f"{sorted(whole)} are new beside old {sorted(old)}, and the message does not say so: {err.strip()}")
+        wrong.append(
+            f"{sorted(whole)} are new beside old {sorted(old)}, and the message does not say so: {err.strip()}"
+        )
     wrong += wrong_files(kind, folder, before)
     if any(".partial." in name for name in after):
         finished(COMMANDS[kind], folder)
-        wrong += [f"{name} differs after resuming" for name, data in expected.files.items() if contents(folder).get(name) != data]
+        wrong += [
+            f"{name} differs after resuming"
+            for name, data in expected.files.items()
+            if contents(folder).get(name) != data
+        ]
     return wrong

@@ -5,9 +5,11 @@ import random
 import signal
 import tempfile
 import time
+from collections.abc import Iterator
 from pathlib import Path
 
 from attack.program import FLUID, SECONDS, finished, fresh, prepared, start
+
 from support.program import contents, run
 
 MATRIX = "geodesic ring.off --all-pairs --time h2 -o D.npy"
@@ -17,9 +19,9 @@ ENOUGH = 9_000
 OTHERS = ("geodesic ring.off --all-pairs --time sqrt-h -o D.npy", f"fluid ball.off {FLUID} --scheme rk4 -o f.pvd")
 
 
-def attack(seed: int, count: int) -> tuple[int, list[str]]:
-    """Damage this number of states; return their number and the failures."""
-    chance, failures = random.Random(seed), []
+def attack(seed: int, count: int) -> Iterator[list[str]]:
+    """Damage this number of states; yield what is wrong with each."""
+    chance = random.Random(seed)
     here = os.getcwd()
     with prepared() as template, tempfile.TemporaryDirectory() as space:
         whole = {command: whole_run(command, fresh(template, Path(space) / "whole")) for command in (MATRIX, RESUMED)}
@@ -39,8 +41,7 @@ def attack(seed: int, count: int) -> tuple[int, list[str]]:
                 wrong = resumed(command, folder, whole[RESUMED if k else MATRIX])
             finally:
                 os.chdir(here)
-            failures += [f"states {number}: {name} {how}: {words}" for words in wrong]
-    return count, failures
+            yield [f"states {number}: {name} {how}: {words}" for words in wrong]
 
 
 def whole_run(command: str, folder: Path) -> dict[str, bytes]:
