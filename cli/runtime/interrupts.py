@@ -2,8 +2,15 @@
 
 import os
 import signal
-from collections.abc import Callable, Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
+from itertools import islice
+
+TYPE_CHECKING = False  # typing is not loaded before the signals are handled
+if TYPE_CHECKING:
+    from typing import TypeVar
+
+    T = TypeVar("T")
 
 SIGNALS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
 #: Signals that have arrived, the first of which decides the exit code.
@@ -11,19 +18,20 @@ arrived: list[int] = []
 
 
 def install() -> None:
-    """Handle the signals that this process does not ignore."""
-    _handle_by(_interrupt)
+    """Raise KeyboardInterrupt at the signals."""
+    for number in _handled():
+        signal.signal(number, _interrupt)
 
 
 def end_at_once() -> None:
     """Let the signals end the process from now on, when its work is done, without the interpreter's clean-up."""
-    _handle_by(lambda number, _: os._exit(128 + number))
+    for number in _handled():
+        signal.signal(number, lambda number, _: os._exit(128 + number))
 
 
-def _handle_by(handler: Callable[[int, object], object]) -> None:
-    for number in SIGNALS:
-        if signal.getsignal(number) not in (signal.SIG_IGN, None):
-            signal.signal(number, handler)
+def _handled() -> list[int]:
+    """The signals that this process does not ignore."""
+    return [number for number in SIGNALS if signal.getsignal(number) not in (signal.SIG_IGN, None)]
 
 
 def exit_code() -> int:
@@ -51,7 +59,13 @@ def delayed() -> Iterator[None]:
         yield
         return
     waiting: list[int] = []
-    former = {number: signal.signal(number, lambda number, _: waiting.append(number)) for number in SIGNALS}
+
+    def wait(number: int, frame: object) -> None:
+        waiting.append(number)
+        if len(waiting) > 2:
+            os._exit(128 + waiting[0])
+
+    former = {number: signal.signal(number, wait) for number in _handled()}
     try:
         yield
     finally:
@@ -59,6 +73,17 @@ def delayed() -> Iterator[None]:
             signal.signal(number, handler)
     if waiting:
         signal.raise_signal(waiting[0])
+
+
+def whole(values: "Iterable[T]") -> "Iterator[T]":
+    """Yield values, and delay the signals while each of them is computed: VTK crashes if it is interrupted."""
+    iterator = iter(values)
+    while True:
+        with delayed():
+            found = [*islice(iterator, 1)]
+        if not found:
+            return
+        yield found[0]
 
 
 def _interrupt(number: int, frame: object) -> None:

@@ -13,7 +13,7 @@ import click
 from geomhw.errors import RenderError
 from geomhw.options import PANEL_WIDTH
 from geomhw.stages import Stages
-from geomhw_cli.runtime.interrupts import restored
+from geomhw_cli.runtime.interrupts import delayed, restored
 from geomhw_cli.runtime.memory import DRAWING, require_memory
 from geomhw_cli.specs.files import require_writable
 
@@ -125,7 +125,9 @@ class Job:
         if self.png:
             try:
                 with self.stage("render"), self.telling_written([str(self.png)]):
-                    write_png(self.png, picture(result, width=self.width))
+                    with delayed():  # VTK crashes if it is interrupted
+                        image = picture(result, width=self.width)
+                    write_png(self.png, image)
             except RenderError as error:
                 done = ", ".join(self.written)
                 raise RenderError(f"{error} ({done} is written; --no-png leaves the picture out)") from error

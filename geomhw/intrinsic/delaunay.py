@@ -17,8 +17,11 @@ from geomhw.intrinsic.intrinsic_mesh import IntrinsicMesh
 from geomhw.mesh import geometry
 from geomhw.mesh.topology import Edges
 
-#: An edge is flipped if cot α + cot β is below minus this fraction of the size of its terms: not by rounding alone.
-TOLERANCE = 1e-13
+#: An edge is flipped if cot α + cot β is below minus this fraction of the size of its terms: not by rounding alone,
+#: also that of files with twelve digits.
+TOLERANCE = 1e-9
+#: The three terms of a cotangent have this error at most, in longest sides times errors of positions.
+LENGTH_ERRORS = 6
 #: Largest number of rounds. A flat grid of 100 x 100 cells sheared by 100 takes two hundred.
 MAX_ROUNDS = 100_000
 
@@ -32,6 +35,9 @@ class DelaunayFlips:
     Parameters
     ----------
     surface : IntrinsicMesh
+    rounding : (n,) array
+        Errors of the vertex positions, by default 0. An edge whose weight they may have made negative is kept, so that
+        ties do not depend on the place of the mesh.
 
     Attributes
     ----------
@@ -58,11 +64,12 @@ class DelaunayFlips:
     # Halfedge 3f+k is opposite corner k of face f. ``_corner``, ``_edge`` and ``_side`` (0 or 1) are by halfedge,
     # ``_sides``, the two halfedges, by edge. Edges and faces keep their numbers; a flip changes their vertices.
 
-    def __init__(self, surface: IntrinsicMesh) -> None:
+    def __init__(self, surface: IntrinsicMesh, rounding: Floats | None = None) -> None:
         assert surface.is_closed
         assert surface.is_edge_manifold
         assert surface.is_oriented
         self._start = surface
+        self._rounding = np.zeros(surface.n_vertices) if rounding is None else rounding
         self._corner, self._edge = surface.faces.ravel().copy(), surface.gluing.of_faces.ravel().copy()
         self._length, self._ends = surface.lengths.copy(), surface.edges.copy()
         self._sides = np.argsort(self._edge, kind="stable").reshape(-1, 2)
@@ -102,13 +109,15 @@ class DelaunayFlips:
 
     def _not_delaunay(self, edges: Ints) -> Ints:
         """Select the edges whose opposite angles sum to more than π; never an edge of one face on both sides."""
-        total, size = np.zeros(len(edges)), np.zeros(len(edges))
+        total, lost = np.zeros(len(edges)), np.zeros(len(edges))
         for halfedge in self._sides[edges].T:
             a, b, c = (self._length[self._edge[_onward(halfedge, k)]] for k in range(3))
             four_areas = 4 * geometry.heron_areas(np.stack([a, b, c], axis=1))
             total += ((b - a) * (b + a) + c * c) / four_areas  # cot α, by the law of cosines
-            size += np.maximum(a, np.maximum(b, c)) ** 2 / four_areas
-        return edges[total < -TOLERANCE * size]
+            longest = np.maximum(a, np.maximum(b, c))
+            moved = sum(self._rounding[self._corner[_onward(halfedge, k)]] for k in range(3))
+            lost += longest * (TOLERANCE * longest + LENGTH_ERRORS * moved) / four_areas
+        return edges[total < -lost]
 
     def _independent(self, edges: Ints) -> Ints:
         """Select edges of lowest rank in both their faces, so no face has two of them."""

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from geomhw.mesh.primitives import icosphere
+from support.pictures import needs_opengl
 from support.program import contents, save_off
 
 MATRIX = ["geodesic", "ball.off", "--all-pairs", "-o", "D.npy"]
@@ -68,3 +69,35 @@ def test_at_the_end() -> None:
     answer = answer_of(AT_THE_END, *MATRIX, "-q")
     assert (answer.returncode, answer.stderr) == (128 + signal.SIGTERM, "")
     assert Path("D.npy").exists()
+
+
+DRAWING = """
+import signal
+from geomhw.render import panels
+from geomhw_cli.main import main
+
+draw = panels.Drawing.__call__
+
+def drawn(self, each):
+    signal.raise_signal(signal.SIGHUP)
+    image = draw(self, each)
+    print("drawn", flush=True)
+    return image
+
+signal.signal(signal.SIGHUP, signal.SIG_DFL)
+panels.Drawing.__call__ = drawn
+main()
+"""
+
+
+@needs_opengl
+@pytest.mark.parametrize(
+    "command",
+    ["geodesic ball.off -q -o a.vtk --png a.png", "advect ball.off -q --steps 2 --every 1 -o a.pvd --gif a.gif"],
+)
+def test_drawing(command: str) -> None:
+    """A signal while a picture is drawn takes effect after it; an interrupted VTK may crash."""
+    answer = answer_of(DRAWING, *command.split())
+    assert (answer.returncode, answer.stdout) == (128 + signal.SIGHUP, "drawn\n"), answer.stderr
+    assert "is written, a." in answer.stderr
+    assert not Path(command.split()[-1]).exists()
