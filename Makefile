@@ -6,8 +6,10 @@ BIN = $(VENV)/bin
 BENCH = .venv-bench
 DEMO = demo
 RUNS ?= 60000
+SEED ?= 0
+COUNT ?= 100
 
-.PHONY: demo test lint bench golden fuzz clean
+.PHONY: demo test lint bench golden fuzz attack clean
 
 # Runs the main job: geodesic distance on the creature of data/, as VTK and PNG.
 demo: $(VENV)/.installed
@@ -45,6 +47,10 @@ golden: $(VENV)/.developing
 # Damaged files through every reader for some minutes, guided by coverage; make fuzz RUNS=1000000 for a night.
 fuzz: $(VENV)/.fuzzing
 	cd tests && $(abspath $(BIN))/python -m fuzz.run --runs $(RUNS)
+
+# Random meshes, signals, two runs at once, damaged states and hostile files for some minutes; make attack COUNT=1000.
+attack: $(VENV)/.developing
+	cd tests && $(abspath $(BIN))/python -m attack.run --seed $(SEED) --count $(COUNT)
 
 clean:
 	rm -rf $(VENV) $(BENCH) $(DEMO) build dist *.egg-info

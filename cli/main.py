@@ -2,12 +2,15 @@
 
 import os
 import sys
-from typing import Any, NoReturn
 
 from geomhw_cli.runtime import interrupts
 
+TYPE_CHECKING = False  # typing takes a while to load, in which a signal would end in a traceback
+if TYPE_CHECKING:
+    from typing import Any, NoReturn
 
-def main() -> NoReturn:
+
+def main() -> "NoReturn":
     """Run the program and end the process.
 
     After an interrupt the process ends without the interpreter's clean-up, which may crash in a thread that is loading
@@ -19,6 +22,7 @@ def main() -> NoReturn:
         from geomhw_cli.program import run
 
         code = run()
+        interrupts.end_at_once()
     except KeyboardInterrupt as stop:
         print(f"Error: interrupted{f'; {stop}' if str(stop) else ''}", file=sys.stderr)
         code = interrupts.exit_code()
@@ -40,8 +44,10 @@ def _open_standard_streams() -> None:
             setattr(sys, name, os.fdopen(number, mode))
 
 
-def __getattr__(name: str) -> Any:
+def __getattr__(name: str) -> "Any":
     """Names of `geomhw_cli.program`, loaded at first use."""
+    if name.startswith("__"):  # the import system asks for __path__, before signals are handled
+        raise AttributeError(name)
     from geomhw_cli import program
 
     return getattr(program, name)

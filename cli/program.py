@@ -46,7 +46,8 @@ class Program(click.Group):
     def invoke(self, ctx: click.Context) -> Any:
         """Run the command."""
         try:
-            return super().invoke(ctx)
+            with interrupts.restored():
+                return super().invoke(ctx)
         except (GeomhwError, MemoryError) as error:
             click.echo(f"Error: {_message(error)}", err=True)
             ctx.exit(WRONG_USAGE if isinstance(error, ArgumentError) else ctx.obj)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from geomhw_cli.runtime.background_writer import BackgroundWriter
+from geomhw_cli.runtime.interrupts import restored, whole
 from geomhw_cli.runtime.job import Job
 from geomhw_cli.runtime.memory import DRAWING, require_memory
 from geomhw_cli.specs.files import file_stem, inputs, require_writable
@@ -92,7 +93,7 @@ class FrameWriter:
         An interrupt says how far the series is valid.
         """
         try:
-            with self.background:
+            with self.background, restored():
                 yield
         except KeyboardInterrupt as stop:
             if self.rows:
@@ -156,7 +157,7 @@ class FrameWriter:
         results = [read(folder / frame.file) for frame in frames]
         clouds = [read_cloud(folder / frame.tracers) for frame in frames if frame.tracers]
         with self.job.stage("render"):
-            images = list(flow_film(results, clouds, width=self.job.width))
+            images = list(whole(flow_film(results, clouds, width=self.job.width)))
             if gif := self.extras.get("gif"):
                 write_gif(gif, images)
             if mp4 := self.extras.get("mp4"):

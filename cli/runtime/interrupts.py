@@ -2,9 +2,15 @@
 
 import os
 import signal
-import threading
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
+from itertools import islice
+
+TYPE_CHECKING = False  # typing is not loaded before the signals are handled
+if TYPE_CHECKING:
+    from typing import TypeVar
+
+    T = TypeVar("T")
 
 SIGNALS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
 #: Signals that have arrived, the first of which decides the exit code.
@@ -12,10 +18,20 @@ arrived: list[int] = []
 
 
 def install() -> None:
-    """Handle the signals that this process does not ignore."""
-    for number in SIGNALS:
-        if signal.getsignal(number) not in (signal.SIG_IGN, None):
-            signal.signal(number, _interrupt)
+    """Raise KeyboardInterrupt at the signals."""
+    for number in _handled():
+        signal.signal(number, _interrupt)
+
+
+def end_at_once() -> None:
+    """Let the signals end the process from now on, when its work is done, without the interpreter's clean-up."""
+    for number in _handled():
+        signal.signal(number, lambda number, _: os._exit(128 + number))
+
+
+def _handled() -> list[int]:
+    """The signals that this process does not ignore."""
+    return [number for number in SIGNALS if signal.getsignal(number) not in (signal.SIG_IGN, None)]
 
 
 def exit_code() -> int:
@@ -24,13 +40,32 @@ def exit_code() -> int:
 
 
 @contextmanager
+def restored() -> Iterator[None]:
+    """Raise KeyboardInterrupt within the block where compiled code made another error of it."""
+    try:
+        yield
+    except SystemError as error:
+        if arrived:
+            raise KeyboardInterrupt from error
+        raise
+
+
+@contextmanager
 def delayed() -> Iterator[None]:
     """Delay the signals to the end of the block."""
+    import threading
+
     if threading.current_thread() is not threading.main_thread():  # Python allows handlers in the main thread only
         yield
         return
     waiting: list[int] = []
-    former = {number: signal.signal(number, lambda number, _: waiting.append(number)) for number in SIGNALS}
+
+    def wait(number: int, frame: object) -> None:
+        waiting.append(number)
+        if len(waiting) > 2:
+            os._exit(128 + waiting[0])
+
+    former = {number: signal.signal(number, wait) for number in _handled()}
     try:
         yield
     finally:
@@ -38,6 +73,17 @@ def delayed() -> Iterator[None]:
             signal.signal(number, handler)
     if waiting:
         signal.raise_signal(waiting[0])
+
+
+def whole(values: "Iterable[T]") -> "Iterator[T]":
+    """Yield values, and delay the signals while each of them is computed: VTK crashes if it is interrupted."""
+    iterator = iter(values)
+    while True:
+        with delayed():
+            found = [*islice(iterator, 1)]
+        if not found:
+            return
+        yield found[0]
 
 
 def _interrupt(number: int, frame: object) -> None:

@@ -14,6 +14,7 @@ from geomhw.errors import RenderError
 from geomhw.options import PANEL_WIDTH
 from geomhw.stages import Stages
 from geomhw.wording import counted
+from geomhw_cli.runtime.interrupts import delayed, restored
 from geomhw_cli.runtime.memory import DRAWING, require_memory
 from geomhw_cli.specs.files import STANDARD, file_stem, read_input, require_writable, write_outputs
 
@@ -82,7 +83,7 @@ class Job:
         """Measure the time of a block, under this name in the report; with ``verbose``, log it."""
         before = self.stages.seconds.get(name, 0.0)
         self.log(f"{name} ...")
-        with self.stages(name):
+        with self.stages(name), restored():
             yield
         self.log(f"{name}: {self.stages.seconds[name] - before:.3f} s")
 
@@ -123,7 +124,9 @@ class Job:
         if self.png:
             try:
                 with self.stage("render"), self.telling_written([str(self.png)]):
-                    write_png(self.png, picture(result, width=self.width))
+                    with delayed():  # VTK crashes if it is interrupted
+                        image = picture(result, width=self.width)
+                    write_png(self.png, image)
             except RenderError as error:
                 done = ", ".join(self.written)
                 raise RenderError(f"{error} ({done} is written; --no-png leaves the picture out)") from error

@@ -14,15 +14,25 @@ from geomhw.errors import ConvergenceError
 from geomhw.intrinsic.intrinsic_mesh import IntrinsicMesh
 from geomhw.mesh.topology import Edges, counting_order
 
-#: An edge is flipped if cot α + cot β is below minus this fraction of the size of its terms: not by rounding alone.
-TOLERANCE = 1e-13
+#: An edge is flipped if cot α + cot β is below minus this fraction of the size of its terms: not by rounding alone,
+#: also that of files with twelve digits.
+TOLERANCE = 1e-9
+#: The three terms of a cotangent have this error at most, in longest sides times errors of positions.
+LENGTH_ERRORS = 6
 #: Largest number of flips of one edge.
 MAX_FLIPS = 100_000
 Sides = tuple[float, float, float]
 
 
-def intrinsic_delaunay(surface: IntrinsicMesh) -> tuple[IntrinsicMesh, int]:
+def intrinsic_delaunay(surface: IntrinsicMesh, rounding: Floats | None = None) -> tuple[IntrinsicMesh, int]:
     """Flip the edges of a closed oriented surface until all are Delaunay: opposite angles sum to at most π.
+
+    Parameters
+    ----------
+    surface : IntrinsicMesh
+    rounding : (n,) array
+        Errors of the vertex positions, by default 0. An edge whose weight they may have made negative is kept, so that
+        ties do not depend on the place of the mesh.
 
     Returns
     -------
@@ -53,7 +63,8 @@ def intrinsic_delaunay(surface: IntrinsicMesh) -> tuple[IntrinsicMesh, int]:
     ends, lengths = surface.edges.copy(), surface.lengths.copy()
     halfedges = counting_order(of_faces.ravel()).reshape(-1, 2)
     flips = np.zeros(surface.n_edges, dtype=np.int64)
-    failed = _flip_edges(faces.ravel(), of_faces.ravel(), halfedges, ends, lengths, flips, MAX_FLIPS)
+    rounding = np.zeros(surface.n_vertices) if rounding is None else rounding
+    failed = _flip_edges(faces.ravel(), of_faces.ravel(), halfedges, ends, lengths, rounding, flips, MAX_FLIPS)
     if failed >= 0:
         raise ConvergenceError(
             f"edge flips do not terminate: an edge at vertex {ends[failed, 0]} is flipped more than {MAX_FLIPS} times; "
@@ -64,7 +75,9 @@ def intrinsic_delaunay(surface: IntrinsicMesh) -> tuple[IntrinsicMesh, int]:
 
 
 @compiled
-def _flip_edges(corner: Ints, edge: Ints, halfedges: Ints, ends: Ints, length: Floats, flips: Ints, most: int) -> int:
+def _flip_edges(
+    corner: Ints, edge: Ints, halfedges: Ints, ends: Ints, length: Floats, rounding: Floats, flips: Ints, most: int
+) -> int:
     """Flip edges in place, first in first out; return an edge that needs more than ``most`` flips, or -1.
 
     Halfedge 3f+k is opposite corner k of face f. ``corner`` and ``edge`` are by halfedge, ``halfedges`` by edge.
@@ -80,7 +93,8 @@ def _flip_edges(corner: Ints, edge: Ints, halfedges: Ints, ends: Ints, length: F
         bc, ca, ad, db = f + (c + 1) % 3, f + (c + 2) % 3, g + (d + 1) % 3, g + (d + 2) % 3
         above = length[ab], length[edge[ca]], length[edge[bc]]
         below = length[ab], length[edge[ad]], length[edge[db]]
-        if _are_delaunay(above, below):
+        errors = rounding[corner[bc]] + rounding[corner[ca]]
+        if _are_delaunay(above, errors + rounding[corner[c]], below, errors + rounding[corner[d]]):
             continue
         if flips[ab] == most:
             return ab
@@ -105,16 +119,20 @@ def _flip_edges(corner: Ints, edge: Ints, halfedges: Ints, ends: Ints, length: F
 
 
 @compiled
-def _are_delaunay(above: Sides, below: Sides) -> bool:
-    """Return whether the angles opposite the first side of two triangles sum to at most π, up to rounding."""
-    return _dot(above) * _area(below) + _dot(below) * _area(above) >= 0.0
+def _are_delaunay(above: Sides, above_errors: float, below: Sides, below_errors: float) -> bool:
+    """Return whether the angles opposite the first side of two triangles sum to at most π, up to rounding.
+
+    Errors are those of the positions of their corners, summed.
+    """
+    return _dot(above, above_errors) * _area(below) + _dot(below, below_errors) * _area(above) >= 0.0
 
 
 @compiled
-def _dot(sides: Sides) -> float:
+def _dot(sides: Sides, errors: float) -> float:
     """Return twice the dot product of two sides at the angle opposite the first, plus the tolerance."""
     base, left, right = sides
-    return (right - base) * (right + base) + left * left + TOLERANCE * max(sides) ** 2
+    tolerance = max(sides) * (TOLERANCE * max(sides) + LENGTH_ERRORS * errors)
+    return (right - base) * (right + base) + left * left + tolerance
 
 
 @compiled

@@ -2,9 +2,13 @@
 
 from dataclasses import dataclass
 
+import numpy as np
+
+from geomhw.arrays import Floats
 from geomhw.intrinsic.intrinsic_mesh import IntrinsicMesh, mollified
 from geomhw.intrinsic.tufted_cover import tufted_cover
 from geomhw.mesh.polyhedral import PolyhedralSurface
+from geomhw.mesh.triangle_mesh import TriangleMesh
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,7 +55,7 @@ class RobustTriangulation:
 
         surface, growth = mollified(IntrinsicMesh.of(mesh))
         suited = mesh.is_closed and mesh.is_edge_manifold and mesh.is_oriented
-        flipped, flips = intrinsic_delaunay(surface if suited else tufted_cover(surface))
+        flipped, flips = intrinsic_delaunay(surface if suited else tufted_cover(surface), _position_errors(mesh))
         return cls(flipped, growth, flips)
 
     def report(self) -> dict[str, float | int]:
@@ -62,3 +66,8 @@ class RobustTriangulation:
             "mollification": self.mollification,
             "mean_edge_length": self.surface.mean_edge_length,
         }
+
+
+def _position_errors(mesh: PolyhedralSurface) -> Floats | None:
+    """Return the rounding errors of vertex positions, (n,), or None without coordinates."""
+    return np.finfo(float).eps * np.abs(mesh.vertices).max(axis=1) if isinstance(mesh, TriangleMesh) else None

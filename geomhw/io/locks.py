@@ -51,7 +51,7 @@ def _locked(path: Path) -> Iterator[None]:
             return
         with stream:
             lock_open_file(stream, path)
-            if not _is_at(stream, lock):  # removed by its owner, between opening and locking
+            if not is_at(stream, lock):  # removed by its owner, between opening and locking
                 continue
             try:
                 yield
@@ -61,7 +61,8 @@ def _locked(path: Path) -> Iterator[None]:
             return
 
 
-def _is_at(stream: IO[Any], path: Path) -> bool:
+def is_at(stream: IO[Any], path: Path) -> bool:
+    """Return whether a path still names an open file."""
     try:
         return os.path.samestat(os.fstat(stream.fileno()), path.stat())
     except FileNotFoundError:

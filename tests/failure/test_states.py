@@ -61,6 +61,43 @@ def test_a_second_run_on_a_matrix(folder: Path) -> None:
     assert files(folder) == ["ball.off"]
 
 
+def test_a_second_run_leaves_the_first_alone(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A refused run does not remove the file of the other, which may be empty still."""
+    former, tried = ResumableFile._save, []
+
+    def second(self: ResumableFile) -> None:
+        if not tried:
+            tried.append(1)
+            with pytest.raises(FormatError, match="another run"):
+                ResumableFile("D.npy", {"a": 2}, b"start", 100)
+        former(self)
+
+    monkeypatch.setattr(ResumableFile, "_save", second)
+    with ResumableFile("D.npy", {"a": 1}, b"start", 13) as first:
+        first.append(b"row one.", 1, {})
+        first.finish()
+    assert tried
+    assert contents(folder).pop("D.npy") == b"startrow one."
+
+
+def test_a_second_run_while_the_first_finishes(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A run that starts while another gives its file the final name is refused, and cuts nothing off."""
+    former, tried = os.replace, []
+
+    def second(*names: object) -> None:
+        tried.append(1)
+        with pytest.raises(FormatError, match="another run"):
+            ResumableFile("D.npy", {"a": 1}, b"start", 13)
+        former(*names)  # type: ignore[arg-type]
+
+    with ResumableFile("D.npy", {"a": 1}, b"start", 13) as first:
+        first.append(b"row one.", 1, {})
+        monkeypatch.setattr(os, "replace", second)
+        first.finish()
+    assert tried
+    assert contents(folder).pop("D.npy") == b"startrow one."
+
+
 def stopped_matrix() -> None:
     """Leave an unfinished matrix of two rows."""
     with ResumableFile("D.npy", {"a": 1}, b"start", 21) as partial:

@@ -1,6 +1,7 @@
 """Identities of intrinsic triangulations: flips, Delaunay weights, tufted covers, mollification."""
 
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -8,10 +9,12 @@ import scipy.sparse as sp
 from scipy.spatial import Delaunay
 
 from geomhw.geodesic.edge_paths import edge_path_distance
+from geomhw.geodesic.heat_method import HeatDistance
 from geomhw.intrinsic.delaunay import intrinsic_delaunay
 from geomhw.intrinsic.intrinsic_mesh import IntrinsicMesh, mollified
 from geomhw.intrinsic.robust import RobustTriangulation
 from geomhw.intrinsic.tufted_cover import tufted_cover
+from geomhw.io import read_mesh
 from geomhw.mesh.geometry import corner_sum, heron_areas
 from geomhw.mesh.polyhedral import PolyhedralSurface
 from geomhw.mesh.primitives import grid, icosphere, moebius_band
@@ -20,6 +23,7 @@ from geomhw.operators.divergence import divergence
 from geomhw.operators.gradient import gradient
 from geomhw.operators.laplacian import stiffness
 from geomhw.operators.mass import consistent_mass, lumped_mass
+from support.hostile import far_away
 from support.meshes import ZOO, book, sheared, spiky, zoo_mesh
 from support.reference import needs_reference, reference
 
@@ -230,3 +234,12 @@ def test_real_meshes(name: str, flips: int) -> None:
     weights = done.surface.edge_cotan_weights
     assert weights.min() > -1e-12 * weights.max()
     assert flips <= done.flips <= 1.3 * flips
+
+
+@pytest.mark.parametrize("refine", [True, False])
+def test_far_away(refine: bool) -> None:
+    """On a torus whose trapezoids may have either diagonal, a translation by 1e6 sizes changes no choice."""
+    mesh = read_mesh(Path(__file__).parents[2] / "data" / "torus.off")
+    far = TriangleMesh(*far_away((mesh.vertices, mesh.faces)))
+    near, moved = (HeatDistance(m, "h2", robust=True, refine=refine).from_vertices([0]) for m in (mesh, far))
+    np.testing.assert_allclose(moved["distance"], near["distance"], atol=1e-8 * near["distance"].max())

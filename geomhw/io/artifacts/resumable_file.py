@@ -10,13 +10,14 @@ import shutil
 import time
 import zlib
 from collections.abc import Mapping
+from io import FileIO
 from pathlib import Path
 from types import TracebackType
 from typing import Any
 
 from geomhw.errors import FormatError
 from geomhw.io.atomic import replacing, reporting_errors, why_not_writable
-from geomhw.io.locks import lock_open_file
+from geomhw.io.locks import is_at, lock_open_file
 
 #: Least seconds between two saves of the progress.
 INTERVAL = 1.0
@@ -65,17 +66,15 @@ class ResumableFile:
         self._refuse_files_of_others()
         self.done, self._length, self._checksum = 0, 0, 0
         self.note: dict[str, Any] = {}
-        with reporting_errors(self.path):
-            self._stream = self.path.open("ab", buffering=0)
+        self._stream = self._opened()
         try:
-            lock_open_file(self._stream, self.path)
             self._resume(start)
             self._require_room(size - self._length)
         except BaseException:
             is_empty = not os.fstat(self._stream.fileno()).st_size
-            self._stream.close()
             if is_empty and not self.state.exists():
                 self.path.unlink(missing_ok=True)
+            self._stream.close()
             raise
         if not self._length:
             self._save()  # first, so that a killed run is known as one
@@ -92,9 +91,11 @@ class ResumableFile:
         """Give the file the target's name and remove the progress."""
         with reporting_errors(self.target):
             os.fsync(self._stream.fileno())
-            self._stream.close()
+            if os.name == "nt":  # renames no open files
+                self._stream.close()
             os.replace(self.path, self.target)
         self.state.unlink(missing_ok=True)
+        self._stream.close()  # and with it the lock, when no file of this run can be taken for unfinished
 
     def bytes_so_far(self) -> bytes:
         """Return all bytes of the unfinished file."""
@@ -102,9 +103,11 @@ class ResumableFile:
 
     def discard(self) -> None:
         """Remove the unfinished file and the progress."""
-        self._stream.close()
+        if os.name == "nt":
+            self._stream.close()
         self.path.unlink(missing_ok=True)
         self.state.unlink(missing_ok=True)
+        self._stream.close()
 
     def __enter__(self) -> "ResumableFile":
         return self
@@ -119,6 +122,19 @@ class ResumableFile:
             self._stream.close()
         else:
             self.discard()
+
+    def _opened(self) -> FileIO:
+        """Open and lock the unfinished file."""
+        with reporting_errors(self.path):
+            stream = FileIO(self.path, "ab")
+        try:
+            lock_open_file(stream, self.path)
+            if not is_at(stream, self.path):
+                raise FormatError(f"{self.target.name} was finished by another run just now; take another name")
+        except BaseException:
+            stream.close()
+            raise
+        return stream
 
     def _write(self, data: bytes) -> None:
         left = memoryview(data)

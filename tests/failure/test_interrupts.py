@@ -1,0 +1,103 @@
+"""Signals at moments that are hard to hit: while the program loads, in compiled code, and at the end."""
+
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from geomhw.mesh.primitives import icosphere
+from support.pictures import needs_opengl
+from support.program import contents, save_off
+
+MATRIX = ["geodesic", "ball.off", "--all-pairs", "-o", "D.npy"]
+
+
+@pytest.fixture(autouse=True)
+def folder(folder: Path) -> Path:
+    """Each test has its own working folder with a small sphere in it."""
+    save_off(icosphere(1))
+    return folder
+
+
+def answer_of(script: str, *arguments: str) -> "subprocess.CompletedProcess[str]":
+    """Run a script that ends in the program."""
+    return subprocess.run([sys.executable, "-c", script, *arguments], capture_output=True, text=True)
+
+
+def test_loading() -> None:
+    """The program is loaded after its signals are handled, not while its entry point is imported."""
+    script = "import sys; from geomhw_cli.main import main; sys.exit('geomhw_cli.program' in sys.modules)"
+    assert answer_of(script).returncode == 0
+
+
+COMPILED = """
+import signal
+from geomhw.geodesic.heat_method import HeatDistance
+from geomhw_cli.main import main
+
+def rows(self, sets):
+    try:
+        signal.raise_signal(signal.SIGINT)
+    except KeyboardInterrupt as stop:
+        raise SystemError("a compiled loop returned a result with an exception set") from stop
+
+HeatDistance.rows = rows
+main()
+"""
+
+
+def test_compiled_code(folder: Path) -> None:
+    """An interrupt that compiled code turned into another error is still one."""
+    before = contents(folder)
+    answer = answer_of(COMPILED, *MATRIX)
+    assert (answer.returncode, answer.stderr.strip()) == (130, "Error: interrupted")
+    assert contents(folder) == before
+
+
+AT_THE_END = """
+import atexit, signal, sys
+atexit.register(lambda: signal.raise_signal(signal.SIGTERM))
+from geomhw_cli.main import main
+main()
+"""
+
+
+def test_at_the_end() -> None:
+    """A signal while the interpreter ends gives its exit code and no traceback; the files are there."""
+    answer = answer_of(AT_THE_END, *MATRIX, "-q")
+    assert (answer.returncode, answer.stderr) == (128 + signal.SIGTERM, "")
+    assert Path("D.npy").exists()
+
+
+DRAWING = """
+import signal
+from geomhw.render import panels
+from geomhw_cli.main import main
+
+draw = panels.Drawing.__call__
+
+def drawn(self, each):
+    signal.raise_signal(signal.SIGHUP)
+    image = draw(self, each)
+    print("drawn", flush=True)
+    return image
+
+signal.signal(signal.SIGHUP, signal.SIG_DFL)
+panels.Drawing.__call__ = drawn
+main()
+"""
+
+
+@needs_opengl
+@pytest.mark.parametrize(
+    "command",
+    ["geodesic ball.off -q -o a.vtk --png a.png", "advect ball.off -q --steps 2 --every 1 -o a.pvd --gif a.gif"],
+)
+def test_drawing(command: str) -> None:
+    """A signal while a picture is drawn takes effect after it; an interrupted VTK may crash."""
+    answer = answer_of(DRAWING, *command.split())
+    assert (answer.returncode, answer.stdout) == (128 + signal.SIGHUP, "drawn\n"), answer.stderr
+    assert "is written, a." in answer.stderr
+    assert not Path(command.split()[-1]).exists()
