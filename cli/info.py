@@ -52,7 +52,7 @@ def info(mesh_paths: tuple[Path, ...], check: bool, report: dict[str, Any]) -> N
     \b
     Examples:
       geomhw info data/creature.obj --check
-      geomhw info data/*.off --json
+      geomhw info data/sphere.off data/torus.off --json
     """
     from geomhw.errors import ArgumentError, GeomhwError
     from geomhw.mesh import findings
