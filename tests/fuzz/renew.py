@@ -69,7 +69,7 @@ def ours() -> None:
 
 
 def dialects() -> None:
-    """Forms of the formats that other programs write: binary OFF, strips, pieces, concave polygons, STL of all kinds."""
+    """Forms of the formats that other programs write: binary, strips, pieces, concave polygons, STL of all kinds."""
     points = np.array([[0, 0, 0], [4, 0, 0], [4, 4, 0], [2, 1, 0], [0, 4, 0]], dtype=float)
     rows = ["{:g} {:g} {:g}".format(*point) for point in points.tolist()]
     floats, body = points.astype(">f4"), "\n".join(rows)
