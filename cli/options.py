@@ -30,7 +30,7 @@ SYNONYMS = {
     "--all-pairs": "matrix all apsp pairwise",
     "--time": "t dt step timestep tau m",
     "--dt": "time timestep step delta tau",
-    "--steps": "iterations iter frames n nsteps",
+    "--steps": "iterations iter frames n nsteps until end duration",
     "--until": "end duration tmax",
     "--every": "stride interval skip save",
     "--robust": "intrinsic delaunay mollify tufted",

@@ -44,7 +44,7 @@ def refuse_strangers(path: Path, data: bytes) -> None:
         raise FormatError(f"{path} is {what}")
     meant = next((extension for extension, start in _MESHES.items() if re.match(start, data)), path.suffix.lower())
     if meant != path.suffix.lower() and path.suffix:
-        raise FormatError(f"{path} starts as a {meant[1:].upper()} file does; give it the extension {meant}")
+        raise FormatError(f"{path} is in the format {meant[1:].upper()}; give it the extension {meant}")
 
 
 def read_bytes(path: Path, limit: int | None = None) -> bytes:

@@ -192,6 +192,8 @@ def test_info_on_several_meshes() -> None:
         ("advect ball.off --gif film.mp4", "--mp4"),
         ("geodesic ball.off -o picture.png", "--png"),
         ("geodesic moo.offf", "no such file"),
+        ("ball.off", "geomhw info ball.off"),
+        ("advect ball.off --until 3", "--steps"),
         ("geodesic moo", "no such file"),
         ("geodesic wrong.stl", "extension .off"),
     ],
