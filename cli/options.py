@@ -30,7 +30,7 @@ SYNONYMS = {
     "--all-pairs": "matrix all apsp pairwise",
     "--time": "t dt step timestep tau m",
     "--dt": "time timestep step delta tau",
-    "--steps": "iterations iter frames n nsteps",
+    "--steps": "iterations iter frames n nsteps until end duration",
     "--until": "end duration tmax",
     "--every": "stride interval skip save",
     "--robust": "intrinsic delaunay mollify tufted",
@@ -73,16 +73,25 @@ class Command(click.Command):
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """Parse the arguments; the message about an unknown option suggests one of the same meaning."""
+        given = list(args)
         try:
             return super().parse_args(ctx, args)
         except click.NoSuchOption as error:
-            words = {word for word in error.option_name.strip("-").split("-") if word}
             names = [name for option in self.params for name in option.opts if isinstance(option, click.Option)]
+            if whole := next((word for word in given if f"-{word.partition('=')[0]}" in names), ""):
+                name = whole.partition("=")[0]
+                raise click.UsageError(f"No such option '{name}'. Did you mean '-{name}'?", ctx) from None
+            words = {word for word in error.option_name.strip("-").split("-") if word}
             meant = [name for name in names if words & set(SYNONYMS.get(name, "").split())]
             if not meant:
                 raise
             close = " or ".join(f"'{name}'" for name in dict.fromkeys([*meant, *(error.possibilities or ())]))
             raise click.UsageError(f"No such option '{error.option_name}'. Did you mean {close}?", ctx) from None
+        except click.UsageError as error:
+            if "extra argument" in error.message and MESH in self.params:
+                hint = "The command takes one mesh; options such as -o name other files."
+                raise click.UsageError(f"{error.message}. {hint}", ctx) from None
+            raise
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the options group by group; ``--help`` is in the last."""
@@ -110,7 +119,7 @@ class Choice(click.Choice[str]):
     """A choice among the names of a Literal of `geomhw.options`. former: names of the past, and what they became."""
 
     def __init__(self, names: Any, former: Mapping[str, str] | None = None) -> None:
-        super().__init__(get_args(names))
+        super().__init__(get_args(names), case_sensitive=False)
         self._former = former or {}
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:

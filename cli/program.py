@@ -43,6 +43,12 @@ class Program(click.Group):
         ctx.obj = failure_code(args)
         return super().parse_args(ctx, args)
 
+    def resolve_command(self, ctx: click.Context, args: list[str]) -> Any:
+        """Find the command; a file in its place gets an example."""
+        if args[0] not in self.commands and os.path.isfile(args[0]):
+            raise click.UsageError(f"The command comes before the mesh, as in: geomhw info {args[0]}", ctx)
+        return super().resolve_command(ctx, args)
+
     def invoke(self, ctx: click.Context) -> Any:
         """Run the command."""
         try:

@@ -93,7 +93,9 @@ def require_writable(paths: Sequence[Path], extensions: Collection[str]) -> None
     except FormatError as error:
         if all(path.suffix.lower() in extensions for path in files):
             raise
-        raise ArgumentError(str(error)) from error
+        options = {option for item in click.get_current_context().command.params for option in item.opts}
+        named = {f"--{path.suffix.lower()[1:]}" for path in files if path.suffix.lower() not in extensions} & options
+        raise ArgumentError("; ".join([str(error), *(f"the option for it is {name}" for name in named)])) from error
 
 
 def set_format(context: click.Context, option: click.Parameter, value: str | None) -> None:

@@ -31,7 +31,9 @@ class Number(click.ParamType):  # type: ignore[type-arg]  # generic in later ver
         if not (self.low <= number <= self.high or (self.or_zero and number == 0)):
             kind = "whole number" if self.whole else "number"
             zero = "0 or " if self.or_zero else ""
-            self.fail(f"'{excerpt(str(value))}' is not {zero}a {kind} from {self.low:.10g} to {self.high:.10g}.")
+            bounds = f" from {self.low:.10g}" if self.low > -math.inf else ""
+            bounds += f" to {self.high:.10g}" if self.high < math.inf else " on" if bounds else ""
+            self.fail(f"'{excerpt(str(value))}' is not {zero}a {kind}{bounds}.")
         return number
 
 

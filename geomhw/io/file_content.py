@@ -21,6 +21,17 @@ _STRANGERS = {
     rb"version https://git-lfs": "a pointer of Git LFS; run git lfs pull",
     rb"\s*(?i:<!doctype html|<html)": "a page in HTML; save the mesh itself",
 }
+#: First bytes of meshes, by extension.
+_MESHES = {
+    ".off": rb"(?:ST|C|N|4|n)*OFF[\s\d#]",
+    ".ply": rb"ply\s",
+    ".vtk": rb"# vtk DataFile Version",
+    ".stl": rb"\s*solid\s",
+    ".vtp": rb"(?s:\s*(?:<\?xml.{0,200}?\?>\s*)?<VTKFile[^>]*\stype=.PolyData)",
+    ".vtu": rb"(?s:\s*(?:<\?xml.{0,200}?\?>\s*)?<VTKFile[^>]*\stype=.UnstructuredGrid)",
+    ".msh": rb"\$MeshFormat",
+    ".mesh": rb"\s*MeshVersionFormatted",
+}
 #: Extensions of compressed files.
 COMPRESSED = (".gz", ".bz2", ".xz", ".zst", ".zip", ".7z", ".rar", ".tgz", ".tar")
 
@@ -31,6 +42,9 @@ def refuse_strangers(path: Path, data: bytes) -> None:
         raise FormatError(f"{path} is text in UTF-16, which is not read; save it in UTF-8")
     if what := next((what for start, what in _STRANGERS.items() if re.match(start, data)), None):
         raise FormatError(f"{path} is {what}")
+    meant = next((extension for extension, start in _MESHES.items() if re.match(start, data)), path.suffix.lower())
+    if meant != path.suffix.lower() and path.suffix:
+        raise FormatError(f"{path} is in the format {meant[1:].upper()}; give it the extension {meant}")
 
 
 def read_bytes(path: Path, limit: int | None = None) -> bytes:

@@ -1,5 +1,6 @@
 """Reading meshes and points: the extension of a file chooses the reader."""
 
+import os
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
@@ -55,7 +56,8 @@ def read(source: str | Path | BinaryIO, extension: str = "") -> Result:
         raise FormatError(f"{path} is a compressed file or an archive; take the mesh out first")
     if extension not in READABLE:
         reason = f"'{extension}' is not a mesh format that is read" if extension else "the name has no extension"
-        raise FormatError(f"{path}: {reason}; known are {' '.join(READABLE)}")
+        lost = "" if os.path.exists(path) else "there is no such file, and "
+        raise FormatError(f"{path}: {lost}{reason}; known are {' '.join(READABLE)}")
     if isinstance(source, str | Path) and extension in FORMATS and extension == path.suffix.lower():
         refuse_strangers(path, read_bytes(path, limit=64))  # and what cannot be opened, as for other formats
         return read_external(path)

@@ -104,8 +104,8 @@ def check_outputs(
         if os.path.isdir(path):
             reason = "it is a folder; give a file in it"
         elif suffix.lower() not in extensions:
-            kind = f"'{suffix}' is not a format that is written" if suffix else "the name has no extension"
-            reason = f"{kind} here; known are {' '.join(extensions)}"
+            kind = f"'{suffix}' is not a format that is written here" if suffix else "the name has no extension"
+            reason = f"{kind}; known are {' '.join(extensions)}"
         elif not reason and any(_same(path, other) for other in paths[:i]):
             reason = "two of the outputs would be this one file"
         elif not reason and (clash := next((source for source in inputs if _same(path, source)), None)):

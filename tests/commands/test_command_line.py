@@ -141,7 +141,7 @@ def test_standard_input_and_output() -> None:
     Path("ball.off").rename("ball.dat")
     assert run("operators", "ball.dat", "--format", ".off", "--gradient", "-o", "G.npz").exit_code == 0
     with_meshio = (
-        b"MeshVersionFormatted 2\nDimension 3\nVertices 3\n0 0 0 0\n1 0 0 0\n0 1 0 0\nTriangles 1\n1 2 3 0\nEnd\n"
+        b"MeshVersionFormatted 2\nDimension 3\nVertices\n3\n0 0 0 0\n1 0 0 0\n0 1 0 0\nTriangles\n1\n1 2 3 0\nEnd\n"
     )
     assert through(with_meshio, "info", "-", "--format", "mesh").exit_code == 0
 
@@ -180,3 +180,33 @@ def test_info_on_several_meshes() -> None:
     assert answer.exit_code == 1
     assert run("info", "ball.off", "none.off", "--check").exit_code == 2
     assert run("info", "ball.off", "next.off").stdout.count("genus") == 2
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ("geodesic ball.off -source 3", "'--source'"),
+        ("info ball.off -check", "'--check'"),
+        ("geodesic ball.off out.vtp", "-o"),
+        ("advect ball.off -o film.mp4", "--mp4"),
+        ("advect ball.off --gif film.mp4", "--mp4"),
+        ("geodesic ball.off -o picture.png", "--png"),
+        ("geodesic moo.offf", "no such file"),
+        ("ball.off", "geomhw info ball.off"),
+        ("advect ball.off --until 3", "--steps"),
+        ("geodesic moo", "no such file"),
+        ("geodesic wrong.stl", "extension .off"),
+    ],
+)
+def test_messages_name_what_was_meant(line: str, words: str) -> None:
+    """The message for a slip names the option, the argument or the extension that was meant."""
+    Path("wrong.stl").write_bytes(Path("ball.off").read_bytes())
+    answer = run(*line.split())
+    assert answer.exit_code in (1, 2)
+    assert words in answer.stderr
+
+
+def test_names_in_any_case() -> None:
+    """Choices are accepted in upper case."""
+    report = json.loads(run("fluid", "ball.off", *SHORT[:-1], "--scheme", "RK4", "--json").stdout)
+    assert report["scheme"] == "rk4"

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import meshio
 import numpy as np
+import pyvista
 import scipy.io
 import scipy.sparse as sp
 from PIL import Image
@@ -65,6 +66,65 @@ def ours() -> None:
         writer.add(k / 10, vtk_files.RESULT, cloud)
     shutil.copy(made / "run.pvd", made.parent)
     shutil.rmtree(made)
+
+
+def dialects() -> None:
+    """Forms of the formats that other programs write: binary, strips, pieces, concave polygons, STL of all kinds."""
+    points = np.array([[0, 0, 0], [4, 0, 0], [4, 4, 0], [2, 1, 0], [0, 4, 0]], dtype=float)
+    rows = ["{:g} {:g} {:g}".format(*point) for point in points.tolist()]
+    floats, body = points.astype(">f4"), "\n".join(rows)
+    off = _folder("off")
+    words = [np.array([5, 1, 0], ">i4").tobytes(), np.array([5, 0, 1, 2, 3, 4, 0], ">i4").tobytes()]
+    (off / "binary.off").write_bytes(b"OFF BINARY\n" + words[0] + floats.tobytes() + words[1])
+    colored = "\n".join(f"{row} 0 0 1 255 0 0 255" for row in rows)
+    (off / "NCOFF.off").write_text(f"NCOFF\n5 1 0\n{colored}\n5 0 1 2 3 4\n")
+    (off / "nOFF.off").write_text(f"nOFF # of\n3\n5 1 0\n{body}\n5 0 1 2 3 4\n")
+    (off / "tokens.off").write_text(f"OFF 5 2 0 {' '.join(rows)}\n3 0 1\n3\n4 0 3 3 4\n")
+    (off / "short_faces.off").write_text(f"OFF\n5 4 0\n{body}\n3 0 1 3\n2 0 1\n4 0 3 3 4\n0\n\n9 9\n")
+    vertices = "".join(f"v {row}\n" for row in rows)
+    (_folder("obj") / "concave.obj").write_text(f"{vertices}usemtl a\\\nf 1 2 3 \\\n4 5\nf 1 1 2\nl 1 2\nf 1 2\n\0\0")
+    (_folder("obj") / "flat.obj").write_text("v 0 0\nv 1 0\nv 1 1\nv nan 0\nf 1 2 3\n")
+    head = "ply\nformat {} 1.0\nelement vertex 5\nproperty float x\nproperty float y\nproperty float z\n"
+    faces = "element face 1\nproperty list uchar int vertex_indices\nproperty uchar label\n"
+    strips = "element tristrips 1\nproperty list int int vertex_indices\n"
+    integers = np.array([6, 0, 1, 3, -1, 4, 0], ">i4").tobytes()
+    for name, parts in {"strips": strips, "strips_faces": faces + strips}.items():
+        text = body + ("\n5 0 1 2 3 4 7" if faces in parts else "") + "\n6 0 1 3 -1 4 0\n8 8\n"
+        (_folder("ply") / f"{name}.ply").write_text(head.format("ascii") + parts + "end_header\n" + text)
+        polygon = b"\5" + np.arange(5, dtype=">i4").tobytes() + b"\7" if faces in parts else b""
+        header = (head.format("binary_big_endian") + parts + "end_header\n").encode()
+        (_folder("ply") / f"{name}_binary.ply").write_bytes(header + floats.tobytes() + polygon + integers + b"\n\n")
+    legacy = f"# vtk DataFile Version 3.0\nt\nascii\nDATASET {{}}\nPOINTS 5 float\n{body}\n"
+    texts_after = "CELL_DATA 2\nFIELD f 2\nname 1 2 string\na%20b\nc\nbits 1 2 bit\n1 0\n"
+    polydata = legacy.format("polydata") + "polygons 1 6 5 0 1 2 3 4\nTRIANGLE_STRIPS 1 5\n4 0 1 2 3\n"
+    (_folder("vtk") / "strips.vtk").write_text(polydata + texts_after)
+    grid = legacy.format("UNSTRUCTURED_GRID") + "CELLS 3 14\n4 0 1 2 3\n4 0 1 2 3\n3 0 1 2\nCELL_TYPES 3\n10 6 5\n"
+    (_folder("vtk") / "volume.vtk").write_text(grid)
+    stl = _folder("stl")
+    facet = "facet normal 0 0 1\nouter loop\nvertex {}\nvertex {}\nvertex {}\nendloop\nendfacet\n"
+    solid = (
+        facet.format(*rows[:3]) + facet.format(rows[0], "2 1.0000001 0", rows[4]) + facet.format(rows[0], *rows[2:4])
+    )
+    (stl / "upper.stl").write_text(f"\ufeff\n SOLID a\n{solid.upper()}ENDSOLID\n", encoding="utf-8")
+    (stl / "one_line.stl").write_text("solid " + solid.replace("\n", " ") + "endsolid")
+    (stl / "solids.stl").write_text(f"solid a\n{solid}endsolid a\nsolid b\n{solid}endsolid b\n")
+    binary = np.zeros(2, np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")]))
+    binary["corners"] = points[[[0, 1, 2], [0, 2, 3]]]
+    (stl / "solid_binary.stl").write_bytes(b"solid".ljust(80) + b"\2\0\0\0" + binary.tobytes() + b"surplus")
+    for extension, writer_type in (("vtp", vtkXMLPolyDataWriter), ("vtu", vtkXMLUnstructuredGridWriter)):
+        for mode in ("Ascii", "Binary", "Appended"):
+            surface = pyvista.Plane(i_resolution=3, j_resolution=2)
+            data = surface if extension == "vtp" else surface.cast_to_unstructured_grid()
+            writer = writer_type()
+            writer.SetInputData(data)
+            writer.SetFileName(str(_folder(extension) / f"{mode}_LZ4.{extension}"))
+            writer.SetCompressorTypeToLZ4()
+            getattr(writer, f"SetDataModeTo{mode}")()
+            writer.Write()
+    for extension in ("vtp", "vtu"):
+        path = _folder(extension) / f"Ascii_None.{extension}"
+        (piece,) = re.findall(rb"<Piece.*</Piece>", path.read_bytes(), re.DOTALL)
+        path.with_name(f"pieces.{extension}").write_bytes(path.read_bytes().replace(piece, piece + b"\n" + piece))
 
 
 def of_vtk() -> None:
@@ -162,5 +222,5 @@ def others() -> None:
 
 if __name__ == "__main__":
     shutil.rmtree(CORPUS, ignore_errors=True)
-    for part in (texts, ours, of_vtk, of_meshio, others):
+    for part in (texts, ours, of_vtk, dialects, of_meshio, others):
         part()

@@ -33,6 +33,7 @@ READ: dict[str, tuple[str, bytes]] = {
     "ply_crlf": ("m.ply", PLY.replace("\n", "\r\n").encode()),
     "stl": ("m.stl", STL.encode()),
     "colors": ("m.off", ("COFF\n4 2 0\n" + SQUARE.replace("\n", " 255 0 0 255\n") + "3 0 1 2\n3 0 2 3\n").encode()),
+    "dimension": ("m.off", OFF.replace("OFF\n", "nOFF # of\n3 # dimensions\n").encode()),
     "exponents": ("m.off", OFF.replace("1 1 0", "1.0E+0 .1e1 -0.").encode()),
 }
 

@@ -135,6 +135,23 @@ def test_ply_strips(tmp_path: Path, form: str) -> None:
     assert read(path).mesh.faces.tolist() == [[0, 2, 1], [3, 1, 2], [0, 3, 2]]
 
 
+@pytest.mark.parametrize(
+    ("strip", "faces", "remark"),
+    [("4 0 1 2 3", [[0, 2, 1], [3, 1, 2]], "repeat"), ("3 0 1 3", [[0, 2, 1], [3, 1, 2], [0, 1, 3]], "label")],
+)
+def test_ply_faces_beside_strips(tmp_path: Path, strip: str, faces: list[list[int]], remark: str) -> None:
+    """Strips that repeat the faces are left out; others are added, and arrays of faces are left out."""
+    head = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
+    head += "element face 2\nproperty list uchar int vertex_indices\nproperty int label\n"
+    head += "element tristrips 1\nproperty list int int vertex_indices\nend_header\n"
+    path = tmp_path / "m.ply"
+    path.write_text(head + "\n".join(POINTS) + f"\n3 0 2 1 7\n3 3 1 2 8\n{strip}\n")
+    result = read(path)
+    assert result.mesh.faces.tolist() == faces
+    assert remark in " ".join(result.report["remarks"])
+    assert len(result.fields) == (remark == "repeat")
+
+
 @pytest.mark.parametrize("compression", ["lz4", "lzma", "zlib"])
 @pytest.mark.parametrize("mode", ["appended", "binary"])
 def test_compressed_vtp(tmp_path: Path, compression: str, mode: str) -> None:

@@ -18,6 +18,8 @@ from geomhw.wording import counted
 
 # The counts may follow the keyword without a space, as in the files of ModelNet.
 _KEYWORD = re.compile(rb"((?:ST|C|N)*)(4?n?)OFF(?=[\s\d#]|\Z)|()()off(?=[\s\d#]|\Z)")
+#: The dimension after nOFF, with the blanks and comments before it.
+_DIMENSION = re.compile(rb"((?:\s|#[^\r\n]*)+)(\d{1,9})(?!\S)")
 _BINARY = re.compile(rb"[ \t]+BINARY[ \t\r]*\n", re.IGNORECASE)
 #: Numbers of a vertex for each prefix; some programs write colors without the fourth.
 _WIDTHS = {b"N": (3,), b"ST": (2,), b"C": (4, 3)}
@@ -30,11 +32,7 @@ def read_off(name: str, data: bytes) -> Result:
     if keyword := _KEYWORD.match(data, begin):
         prefixes = re.findall(rb"ST|C|N", keyword[1] or b"")
         if keyword[2]:
-            line = data.count(b"\n", 0, begin) + 1
-            raise FormatError(
-                f"{name}, line {line}: {keyword[0].decode()} holds points of another dimension than 3; "
-                "write it as plain OFF"
-            )
+            return read_off(name, _in_space(name, data, keyword))
         if binary := _BINARY.match(data, keyword.end()):
             return _read_binary(name, data, binary.end(), prefixes)
     text = TextFile(name, data, comments=True)
@@ -62,6 +60,21 @@ def read_off(name: str, data: bytes) -> Result:
         if content is None:
             raise
     return build_result(name, "OFF", content, **places)
+
+
+def _in_space(name: str, data: bytes, keyword: re.Match[bytes]) -> bytes:
+    """Return a file of the keyword nOFF with points of dimension 3 as plain OFF; FormatError for other points."""
+    line = data.count(b"\n", 0, keyword.start()) + 1
+    place = f"{name}, line {line}: {keyword[0].decode()}"
+    if keyword[2].startswith(b"4"):
+        raise FormatError(
+            f"{place} holds points of four coordinates, homogeneous or in space of dimension 4; write OFF"
+        )
+    if not (number := _DIMENSION.match(data, keyword.end())):
+        raise FormatError(f"{place} is not followed by the dimension of its points")
+    if int(number[2]) != 3:
+        raise FormatError(f"{place} holds points in space of dimension {int(number[2])}; only dimension 3 is read")
+    return data[: keyword.start()] + keyword[1] + b"OFF" + number[1] + data[number.end() :]
 
 
 def _first_token(data: bytes) -> int:

@@ -144,9 +144,7 @@ def _result(name: str, found: dict[str, _Columns], ignored: list[str], remarks: 
     polygons = next((face[key] for key in _CORNERS if key in face), None)
     strips = next((found["tristrips"][key] for key in _CORNERS if key in found.get("tristrips", {})), None)
     if isinstance(strips, _Lists) and len(strips.flat):
-        if isinstance(polygons, _Lists) and len(polygons.sizes):
-            raise FormatError(f"{name} has both faces and triangle strips; keep one of them")
-        polygons, face = _triangles(strips), {}
+        polygons, face = _with_strips(polygons, face, _triangles(strips), remarks)
     if not isinstance(polygons, _Lists) or not len(polygons.sizes):
         raise FormatError(f"{name} has no faces: no element 'face' with a list 'vertex_indices'")
     content = Polygons(
@@ -159,6 +157,27 @@ def _result(name: str, found: dict[str, _Columns], ignored: list[str], remarks: 
         remarks=remarks,
     )
     return build_result(name, "PLY", content)
+
+
+def _with_strips(
+    faces: NDArray[Any] | _Lists | None, arrays: _Columns, strips: _Lists, remarks: list[str]
+) -> tuple[_Lists, _Columns]:
+    """The faces and the triangles of strips, which have no arrays; the faces alone if the strips repeat them."""
+    if not isinstance(faces, _Lists) or not len(faces.sizes):
+        return strips, {}
+    if (faces.sizes == 3).all() and _equal_triangles(faces.flat, strips.flat):
+        remarks.append("left out the triangle strips, which repeat the faces")
+        return faces, arrays
+    if dropped := [key for key in arrays if key not in _CORNERS]:
+        remarks.append(f"left out the arrays of faces, which triangle strips lack: {', '.join(dropped)}")
+    flat = np.concatenate([faces.flat.astype(np.int64), strips.flat])
+    return _Lists(flat, np.concatenate([faces.sizes, strips.sizes])), {}
+
+
+def _equal_triangles(one: NDArray[Any], other: NDArray[Any]) -> bool:
+    """Whether two lists of corners have the same triangles, in any order."""
+    one, other = (np.sort(flat.reshape(-1, 3).astype(np.int64), axis=1) for flat in (one, other))
+    return len(one) == len(other) and np.array_equal(one[np.lexsort(one.T)], other[np.lexsort(other.T)])
 
 
 def _triangles(strips: _Lists) -> _Lists:

@@ -119,8 +119,8 @@ def weld(soup: Floats, precision: float, remarks: list[str]) -> tuple[Floats, In
     are not equal. The tolerance is bounded by the extent of the mesh and its median edge.
     """
     first, corners = distinct_points(soup)
-    points = soup[first].astype(np.float64)
     with np.errstate(invalid="ignore", over="ignore"):
+        points = soup[first].astype(np.float64)
         low, high = points.min(axis=0), points.max(axis=0)  # nan or infinite if a coordinate is
         extent, largest = float((high - low).max()), float(np.maximum(-low, high).max())
         step = 3 * max(1, len(corners) // (3 * _SAMPLE))
