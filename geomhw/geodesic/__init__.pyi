@@ -1,6 +1,6 @@
 from .accuracy import distance_errors as distance_errors
+from .auto_time import time_step as time_step
 from .diffusion_time import TimeStep as TimeStep
-from .diffusion_time import time_step as time_step
 from .edge_paths import edge_path_distance as edge_path_distance
 from .exact import Arrivals as Arrivals
 from .exact import ExactDistance as ExactDistance

@@ -10,9 +10,16 @@ import math
 import numpy as np
 
 from geomhw.arrays import Floats
-from geomhw.geodesic.diffusion_time import TimeStep
+from geomhw.geodesic.diffusion_time import TimeStep, given_time
+from geomhw.geodesic.edge_paths import edge_path_distance
+from geomhw.geodesic.heat_step import HeatStep
+from geomhw.geodesic.poisson import DistancePoisson
+from geomhw.geodesic.source_conditions import known_distances
+from geomhw.geodesic.unit_field import unit_field
 from geomhw.mesh.polyhedral import PolyhedralSurface
+from geomhw.mesh.surface_points import vertex_points
 from geomhw.mesh.triangle_mesh import TriangleMesh
+from geomhw.operators.divergence import divergence_of
 
 #: √h is considered between these multiples of h²,
 LEAST, MOST = 0.25, 1.0
@@ -20,15 +27,36 @@ LEAST, MOST = 0.25, 1.0
 MARGIN = 0.8
 
 
-def auto_time(surface: PolyhedralSurface) -> TimeStep:
-    """Return h², or √h if that is from 0.25 to 1 h², no cotan weight is negative, and distances come out more accurate.
+def time_step(asked: str | float, surface: PolyhedralSurface) -> TimeStep:
+    """Return the diffusion time on a surface of mean edge length h.
 
-    The choice does not depend on the sources: it is made for the vertex of largest area and the one farthest from it.
+    Parameters
+    ----------
+    asked : ``h2`` (t = h², [GIH, sec. 3.2.4]), ``sqrt-h`` (t = √h, the course handout's, which depends on the unit of
+        length), a multiple such as ``0.5*h2``, a positive number (length²), or ``auto``: √h if that is from 0.25 to
+        1 h², no cotan weight is negative, and distances on this mesh come out more accurate; else h².
+
+    Raises
+    ------
+    MeshError
+        For ``auto``, if a face has zero area.
+    ArgumentError
+        For anything else, and for a time that is zero, infinite or not between 1e-60 h² and 1e8 h².
+
+    Examples
+    --------
+    >>> from geomhw.mesh import icosphere
+    >>> mesh = icosphere(2)
+    >>> round(time_step("0.5*h2", mesh).t / mesh.mean_edge_length**2, 12)
+    0.5
     """
+    if str(asked).strip() != "auto":
+        return given_time(asked, surface)
     h = surface.mean_edge_length
     ratio = math.sqrt(h) / h**2
     if not (LEAST <= ratio <= MOST and isinstance(surface, TriangleMesh)):
         return TimeStep(h**2, "auto", "h²")
+    surface.require_area("robust=True")
     rounding = 1e-12 * np.abs(surface.edge_cotan_weights).max()
     if surface.edge_cotan_weights.min() < -rounding:
         return TimeStep(h**2, "auto", "h², since cotan weights are negative")
@@ -38,21 +66,28 @@ def auto_time(surface: PolyhedralSurface) -> TimeStep:
 
 
 def _is_more_accurate(mesh: TriangleMesh, time: float, other: float) -> bool:
-    """Whether mean relative errors against exact distances are below `MARGIN` times those of another time."""
+    """Whether mean relative errors against exact distances are below `MARGIN` times those of another time.
+
+    The answer does not depend on the sources: they are the vertex of largest area and the one farthest from it.
+    """
     from geomhw.geodesic.exact import ExactDistance
-    from geomhw.geodesic.heat_method import HeatDistance
 
-    def plain(t: float) -> Floats:
-        return np.asarray(methods[t].from_vertices([source])["distance"])
-
-    front = ExactDistance(mesh)
-    methods = {t: HeatDistance(mesh, t, refine=False) for t in (time, other)}
+    front, steps = ExactDistance(mesh), [HeatStep(mesh, t) for t in (time, other)]
     source = int(mesh.vertex_areas.argmax())
     for _ in range(2):
         exact = np.asarray(front.from_vertices([source])["distance"])
         known = np.isfinite(exact) & (exact > 0)
-        errors = [np.abs(plain(t)[known] / exact[known] - 1).mean() for t in (time, other)]
+        errors = [np.abs(_distance(mesh, step, source)[known] / exact[known] - 1).mean() for step in steps]
         if not errors[0] < MARGIN * errors[1]:
             return False
         source = int(np.where(known, exact, 0.0).argmax())
     return True
+
+
+def _distance(mesh: TriangleMesh, step: HeatStep, source: int) -> Floats:
+    """The distance from a vertex by the heat method, (n,), clamped to edge paths."""
+    sources, paths = vertex_points(mesh, [source]), edge_path_distance(mesh, np.array([source]))
+    u = step.from_impulse(sources.impulse(mesh.n_vertices), paths)
+    X = unit_field(mesh, u, sources.vertices)[1]
+    phi = DistancePoisson(mesh, step)(divergence_of(mesh, X), sources, known_distances(mesh, sources), u)
+    return np.minimum(phi, paths)

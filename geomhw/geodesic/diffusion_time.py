@@ -25,25 +25,9 @@ class TimeStep:
         return {"t_over_h2": self.t / h**2, "t": self.t, "asked": self.asked, "reason": self.reason}
 
 
-def time_step(asked: str | float, surface: PolyhedralSurface) -> TimeStep:
-    """Return the diffusion time on a surface of mean edge length h.
-
-    Parameters
-    ----------
-    asked : ``h2`` (t = h², [GIH, sec. 3.2.4]), ``sqrt-h`` (t = √h, the course handout's, which depends on the unit of
-        length), a multiple such as ``0.5*h2``, a positive number (length²), or ``auto``: √h where that is near h² and
-        at least as accurate on this surface (`auto_time`), else h².
-
-    Raises
-    ------
-    ArgumentError
-        For anything else, and for a time that is zero, infinite or not between 1e-60 h² and 1e8 h².
-    """
+def given_time(asked: str | float, surface: PolyhedralSurface) -> TimeStep:
+    """Return the diffusion time on a surface of mean edge length h; as `time_step`, without ``auto``."""
     text, h = str(asked).strip(), surface.mean_edge_length
-    if text == "auto":
-        from geomhw.geodesic.auto_time import auto_time
-
-        return auto_time(surface)
     if text == "sqrt-h":
         step = TimeStep(math.sqrt(h), text, "√h, as asked")
     elif match := _MULTIPLE.fullmatch(text):

@@ -13,6 +13,7 @@ import numpy as np
 from geomhw.arrays import Floats, Ints
 from geomhw.background import submit
 from geomhw.errors import ConvergenceError
+from geomhw.geodesic.auto_time import time_step
 from geomhw.geodesic.diffusion_time import TimeStep
 from geomhw.geodesic.edge_paths import edge_path_distance
 from geomhw.geodesic.heat_step import HeatStep
@@ -107,7 +108,9 @@ class HeatDistance:
         self._surface = self.robust.surface if self.robust else self._single
         with self.stages("assembly"):
             boundary_vertices = self._single.boundary_vertices
-            self._heat = HeatStep(self._surface, time, boundary, boundary_vertices, solver, queries)
+            self._heat = HeatStep(
+                self._surface, time_step(time, self._surface), boundary, boundary_vertices, solver, queries
+            )
         self._poisson = DistancePoisson(mesh, self._heat)
 
     @property

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from geomhw.arrays import Floats, Ints
 from geomhw.errors import ArgumentError
-from geomhw.geodesic.diffusion_time import time_step
+from geomhw.geodesic.diffusion_time import TimeStep, given_time
 from geomhw.geodesic.edge_paths import edge_path_distance
 from geomhw.mesh.polyhedral import PolyhedralSurface
 from geomhw.mesh.topology import vertex_components
@@ -26,7 +26,7 @@ class HeatStep:
     Parameters
     ----------
     mesh : the surface.
-    time : diffusion time t as in `time_step`.
+    time : diffusion time t as in `time_step`, but not ``auto``.
     boundary : ``neumann`` (no heat leaves), ``dirichlet`` (the boundary is kept at zero) or ``average``, the mean of
         both solutions [GIH, sec. 3.4].
     boundary_vertices : where that condition holds; by default the boundary of the surface.
@@ -47,7 +47,7 @@ class HeatStep:
     def __init__(
         self,
         mesh: PolyhedralSurface,
-        time: str | float = "auto",
+        time: TimeStep | str | float = "h2",
         boundary: Boundary = "neumann",
         boundary_vertices: Ints | None = None,
         solver: SolverName = "auto",
@@ -59,7 +59,7 @@ class HeatStep:
                 f"there is no boundary condition '{boundary}'; choose from {', '.join(get_args(Boundary))}"
             )
         self.mesh, self.solver, self.solves = mesh, solver, solves
-        self.time = time_step(time, mesh)
+        self.time = time if isinstance(time, TimeStep) else given_time(time, mesh)
         self.stiffness = stiffness(mesh)
         self.surface = np.ones(mesh.n_vertices, dtype=bool)
         self.surface[mesh.unreferenced_vertices] = False

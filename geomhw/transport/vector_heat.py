@@ -13,6 +13,7 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
 from geomhw.arrays import Complexes, Floats, Ints
+from geomhw.geodesic.auto_time import time_step
 from geomhw.geodesic.diffusion_time import TimeStep
 from geomhw.geodesic.heat_step import HeatStep
 from geomhw.intrinsic.robust import RobustTriangulation
@@ -70,7 +71,7 @@ class VectorHeat:
     ) -> None:
         self._domain = mesh if isinstance(mesh, TangentDomain) else TangentDomain(mesh, connection, robust)
         self.mesh = self._domain.mesh
-        self._heat = HeatStep(self._domain.surface, time, solver=solver)
+        self._heat = HeatStep(self._domain.surface, time_step(time, self._domain.surface), solver=solver)
         #: M + tK, (n, n), complex Hermitian.
         self._matrix = backward_euler(self._domain.surface.vertex_areas, self._domain.K, self.time.t)
 

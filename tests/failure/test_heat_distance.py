@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from geomhw.errors import FieldError, MeshError
-from geomhw.geodesic.diffusion_time import time_step
+from geomhw.geodesic.auto_time import time_step
 from geomhw.geodesic.heat_method import HeatDistance, heat_distance
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from support.meshes import grid_of, zoo_mesh

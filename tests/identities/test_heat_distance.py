@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from geomhw.geodesic.diffusion_time import time_step
+from geomhw.geodesic.auto_time import time_step
 from geomhw.geodesic.edge_paths import edge_path_distance
 from geomhw.geodesic.heat_method import HeatDistance, heat_distance
 from geomhw.geodesic.heat_step import HeatStep
