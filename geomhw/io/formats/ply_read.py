@@ -19,7 +19,7 @@ from geomhw.io.formats.build_result import build_result
 from geomhw.io.formats.number_parsing import cast_exactly
 from geomhw.io.formats.ply_header import ORDERS, Element, Property, read_header
 from geomhw.io.formats.ply_write import QUALITY
-from geomhw.io.formats.polygons import Polygons, ranges, strip_triangles
+from geomhw.io.formats.polygons import Polygons, equal_triangles, ranges, strip_triangles
 from geomhw.io.formats.text_file import NumberRows, TextFile
 from geomhw.results import Result
 from geomhw.wording import counted
@@ -165,19 +165,13 @@ def _with_strips(
     """The faces and the triangles of strips, which have no arrays; the faces alone if the strips repeat them."""
     if not isinstance(faces, _Lists) or not len(faces.sizes):
         return strips, {}
-    if (faces.sizes == 3).all() and _equal_triangles(faces.flat, strips.flat):
+    if (faces.sizes == 3).all() and equal_triangles(faces.flat, strips.flat):
         remarks.append("left out the triangle strips, which repeat the faces")
         return faces, arrays
     if dropped := [key for key in arrays if key not in _CORNERS]:
         remarks.append(f"left out the arrays of faces, which triangle strips lack: {', '.join(dropped)}")
     flat = np.concatenate([faces.flat.astype(np.int64), strips.flat])
     return _Lists(flat, np.concatenate([faces.sizes, strips.sizes])), {}
-
-
-def _equal_triangles(one: NDArray[Any], other: NDArray[Any]) -> bool:
-    """Whether two lists of corners have the same triangles, in any order."""
-    one, other = (np.sort(flat.reshape(-1, 3).astype(np.int64), axis=1) for flat in (one, other))
-    return len(one) == len(other) and np.array_equal(one[np.lexsort(one.T)], other[np.lexsort(other.T)])
 
 
 def _triangles(strips: _Lists) -> _Lists:

@@ -144,3 +144,9 @@ def _without_spikes(ids: list[int]) -> list[int]:
 def polygon_of(corner: int, sizes: Ints) -> int:
     """Return the polygon that holds a position in the flat corners."""
     return int(np.searchsorted(np.cumsum(sizes), corner, side="right"))
+
+
+def equal_triangles(one: Ints, other: Ints) -> bool:
+    """Whether two lists of corners have the same triangles, in any order."""
+    one, other = (np.sort(flat.reshape(-1, 3).astype(np.int64), axis=1) for flat in (one, other))
+    return len(one) == len(other) and np.array_equal(one[np.lexsort(one.T)], other[np.lexsort(other.T)])
