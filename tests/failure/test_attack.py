@@ -3,7 +3,6 @@
 from itertools import chain
 
 import pytest
-
 from attack import files, metamorphic, states
 from attack.run import attack
 
