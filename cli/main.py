@@ -19,10 +19,13 @@ def main() -> "NoReturn":
     try:
         interrupts.install()
         _open_standard_streams()
-        from geomhw_cli.program import run
+        with interrupts.restored():
+            from geomhw_cli.program import run
 
-        code = run()
+            code = run()
         interrupts.end_at_once()
+        if interrupts.arrived and not code:
+            print("Error: interrupted when all was done", file=sys.stderr)
     except KeyboardInterrupt as stop:
         print(f"Error: interrupted{f'; {stop}' if str(stop) else ''}", file=sys.stderr)
         code = interrupts.exit_code()

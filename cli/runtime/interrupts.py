@@ -41,10 +41,10 @@ def exit_code() -> int:
 
 @contextmanager
 def restored() -> Iterator[None]:
-    """Raise KeyboardInterrupt within the block where compiled code made another error of it."""
+    """Raise KeyboardInterrupt within the block where compiled code or the import system made another error of it."""
     try:
         yield
-    except SystemError as error:
+    except Exception as error:
         if arrived:
             raise KeyboardInterrupt from error
         raise

@@ -25,9 +25,9 @@ class Surface(NamedTuple):
     """Halfedges of a mesh.
 
     points: (n, 3). faces: (m, 3). across: (3m,), the next halfedge at the same edge, itself on the boundary. corners:
-    halfedges opposite each vertex, those of v at ``starts[v]`` to ``starts[v + 1]``. sides: largest number of faces at
-    an edge. angles: (3m,), of the corner opposite each halfedge, 0 until `angle` computes it. totals: (n,), of
-    `total_angle`, 0 until then.
+    halfedges opposite each vertex, those of v at ``starts[v]`` to ``starts[v + 1]``. sides: (3m,), number of faces at
+    the edge of each halfedge. angles: (3m,), of the corner opposite each halfedge, 0 until `angle` computes it. totals:
+    (n,), of `total_angle`, 0 until then.
     """
 
     points: Floats
@@ -35,7 +35,7 @@ class Surface(NamedTuple):
     across: Ints
     corners: Ints
     starts: Ints
-    sides: int
+    sides: Ints
     angles: Floats
     totals: Floats
 
@@ -67,7 +67,9 @@ def surface_of(mesh: TriangleMesh, included: Any) -> Surface:
     across = np.arange(len(edge), dtype=by_edge.dtype)
     across[by_edge] = following
     starts = np.append(0, np.cumsum(np.bincount(vertex[by_vertex], minlength=mesh.n_vertices)))
-    sides = int(np.diff(first, append=len(by_edge)).max())
+    counts = np.diff(first, append=len(by_edge))
+    sides = np.zeros(len(edge), dtype=np.int32)
+    sides[by_edge] = np.repeat(counts, counts)
     angles, totals = np.zeros(len(edge)), np.zeros(mesh.n_vertices)
     return Surface(mesh.vertices, mesh.faces, across, by_vertex, starts, sides, angles, totals)
 

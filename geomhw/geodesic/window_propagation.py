@@ -42,9 +42,8 @@ def propagate(surface: Surface, front: Front, places: Floats, faces: Ints, limit
         if 0 < len(targets) == done:
             return key
         room, used = len(front.windows) - 64, front.counts[IN_USE]
-        if 8 * (1 + 2 * surface.sides) * used > room and (
-            8 * (used + 2 * surface.sides * _size(surface, front, item)) > room
-        ):
+        may_lack = item >= h or 8 * (1 + 2 * _copies(surface, item)) * used > room
+        if may_lack and 8 * (used + 2 * _size(surface, front, faces, item)) > room:
             return -1.0
         pop(front)
         if item < h:
@@ -60,16 +59,28 @@ def propagate(surface: Surface, front: Front, places: Floats, faces: Ints, limit
 
 
 @compiled_in_place
-def _size(surface: Surface, front: Front, item: int) -> int:
-    """Number of windows that an event propagates."""
-    if item >= len(front.waiting):
-        v = item - len(front.waiting)
-        return surface.starts[v + 1] - surface.starts[v] if v < len(front.distance) else 3
-    count, i = 0, front.waiting[item]
+def _size(surface: Surface, front: Front, faces: Ints, item: int) -> int:
+    """Number of windows that an event propagates, with their copies at all faces of an edge."""
+    h, n, sides, count = len(front.waiting), len(front.distance), surface.sides, np.int64(0)
+    if item >= h + n:
+        f = 3 * np.int64(faces[item - h - n])
+        return _copies(surface, f) + sides[f]
+    if item >= h:
+        for k in range(surface.starts[item - h], surface.starts[item - h + 1]):
+            count += sides[surface.corners[k]]
+        return count
+    i = front.waiting[item]
     while i:
         count += 1
         i = front.windows[i].next
-    return count
+    return count * _copies(surface, item)
+
+
+@compiled_in_place
+def _copies(surface: Surface, h: int) -> int:
+    """Number of faces behind the other two edges of the face of a halfedge."""
+    f = h // 3 * 3
+    return np.int64(surface.sides[f]) + surface.sides[f + 1] + surface.sides[f + 2] - surface.sides[h]
 
 
 @compiled_inline

@@ -18,6 +18,8 @@ from support.methods import COMMANDS, Answer, Case, case_of, exact, robust, scal
 METHODS: dict[str, Callable[[Case], Answer]] = {**COMMANDS, "robust": robust, "exact": exact}
 #: Largest relative differences: between the same numbers in another order, and numbers that were rounded anew.
 SAME, ROUNDED = 1e-8, 1e-6
+#: Families of faces so thin that sums in another order differ as much as rounding.
+THIN = ("slivers",)
 #: Families with edges of more than two faces, which vectors pass by the mean of normals, as the report warns.
 NOT_MANIFOLD = ("pages", "touching")
 
@@ -138,6 +140,8 @@ def attack(seed: int, count: int, first: int = 0) -> Iterator[list[str]]:
             for method in METHODS:
                 if method == "vecdiffuse" and change == "flipped" and family in NOT_MANIFOLD:
                     continue
+                if family in THIN:
+                    changed = replace(changed, tolerance=ROUNDED)
                 words = compared(method, former, changed)
                 yield [f"{family} {of_mesh}: {method}, {change}: {words}"] if words else []
 

@@ -6,7 +6,7 @@ import pytest
 from geomhw.errors import FieldError, MeshError
 from geomhw.geodesic.exact import ExactDistance
 from geomhw.mesh.primitives import grid
-from geomhw.mesh.surface_points import face_point
+from geomhw.mesh.surface_points import face_point, vertex_points
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from support.hostile import hostile
 
@@ -62,3 +62,31 @@ def test_closed_strip_of_zero_width() -> None:
     flat = TriangleMesh(tube.vertices * [0, 0, 1], tube.faces)
     found = ExactDistance(flat).from_vertices([0])["distance"]
     np.testing.assert_allclose(found, abs(flat.vertices[:, 2] - flat.vertices[0, 2]), rtol=1e-12)
+
+
+def test_many_faces_at_an_edge() -> None:
+    """Room for windows grows with the number of faces at an edge, not with its square."""
+    room = []
+    for n in (4000, 16000):
+        points = np.random.default_rng(0).normal(size=(n + 2, 3))
+        faces = np.stack([np.zeros(n, dtype=int), np.ones(n, dtype=int), np.arange(2, n + 2)], axis=1)
+        solver = ExactDistance(TriangleMesh(points, faces))
+        front, reached = solver._solved(vertex_points(solver.mesh, [5]))
+        room.append(len(front.windows))
+        assert len(reached) == n + 2
+    assert room[1] <= 8 * room[0]
+
+
+def test_source_of_high_valence() -> None:
+    """A source whose windows need more room than there is at first gets it."""
+    n = 50_000
+    angle = 2 * np.pi * np.arange(n) / n
+    rings = [np.stack([r * np.cos(angle), r * np.sin(angle), 0 * angle], axis=1) for r in (1.0, 2.0)]
+    a, b = 1 + np.arange(n), 1 + np.roll(np.arange(n), -1)
+    hub = np.zeros(n, dtype=int)
+    faces = np.concatenate([np.stack(f, axis=1) for f in ((hub, a, b), (a, a + n, b), (b, a + n, b + n))])
+    solver = ExactDistance(TriangleMesh(np.concatenate([np.zeros((1, 3)), *rings]), faces))
+    front, _ = solver._solved(vertex_points(solver.mesh, [0]))
+    assert len(front.windows) > n
+    np.testing.assert_allclose(front.distance[1 : n + 1], 1.0, rtol=1e-9)
+    np.testing.assert_allclose(front.distance[n + 1 :], 2.0, rtol=1e-9)

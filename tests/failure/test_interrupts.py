@@ -41,19 +41,48 @@ def rows(self, sets):
     try:
         signal.raise_signal(signal.SIGINT)
     except KeyboardInterrupt as stop:
-        raise SystemError("a compiled loop returned a result with an exception set") from stop
+        raise {error}("a compiled loop returned a result with an exception set") from stop
 
 HeatDistance.rows = rows
 main()
 """
 
 
-def test_compiled_code(folder: Path) -> None:
-    """An interrupt that compiled code turned into another error is still one."""
+@pytest.mark.parametrize("error", ["SystemError", "RuntimeError"])
+def test_compiled_code(error: str, folder: Path) -> None:
+    """An interrupt that compiled code or the import of a class turned into another error is still one."""
     before = contents(folder)
-    answer = answer_of(COMPILED, *MATRIX)
+    answer = answer_of(COMPILED.replace("{error}", error), *MATRIX)
     assert (answer.returncode, answer.stderr.strip()) == (130, "Error: interrupted")
     assert contents(folder) == before
+
+
+SWALLOWED = """
+import signal
+from geomhw.geodesic.heat_method import HeatDistance
+from geomhw_cli.main import main
+
+computed, signals = HeatDistance.rows, [signal.SIGINT]
+
+def rows(self, sets):
+    try:
+        while signals:
+            signal.raise_signal(signals.pop())
+    except KeyboardInterrupt:
+        pass
+    return computed(self, sets)
+
+HeatDistance.rows = rows
+main()
+"""
+
+
+def test_a_signal_that_a_library_swallows() -> None:
+    """The run ends as if the signal came at the end, and says so."""
+    answer = answer_of(SWALLOWED, *MATRIX, "-q")
+    assert answer.returncode == 130
+    assert "Error: interrupted when all was done" in answer.stderr, answer.stderr
+    assert Path("D.npy").exists()
 
 
 AT_THE_END = """
