@@ -66,7 +66,7 @@ def _size(surface: Surface, front: Front, item: int) -> int:
         v = item - len(front.waiting)
         return surface.starts[v + 1] - surface.starts[v] if v < len(front.distance) else 3
     count, i = 0, front.waiting[item]
-    while i:
+    while i > 0:
         count += 1
         i = front.windows[i].next
     return count
@@ -139,7 +139,7 @@ def _cross_face(surface: Surface, front: Front, h: int, limit: float) -> None:
     windows, face = front.windows, triangle(surface, h)
     x, y = face.left * face.cos_low, face.left * face.sin_low
     first = i = np.int64(front.waiting[h])
-    while i:
+    while i > 0:
         w = windows[i]
         while w.next and continues(w, windows[w.next], face.base):
             j = w.next
@@ -161,7 +161,7 @@ def _cross_face(surface: Surface, front: Front, h: int, limit: float) -> None:
     keep = front.events[h] > PATIENCE
     front.waiting[h] = first if keep else 0
     i = first
-    while i:
+    while i > 0:
         following = windows[i].next
         windows[i].passed = 1
         if not keep:
@@ -179,7 +179,7 @@ def _deliver(surface: Surface, front: Front, h: int, i: int, base: float, limit:
     windows, counts = front.windows, front.counts
     low, high = ends(surface, h)
     first, last, least, g = 0, 0, inf, np.int64(surface.across[h])
-    while i:
+    while i > 0:
         following = windows[i].next
         d = trim(windows[i], front.distance[low], front.distance[high], base) if g != h else -1.0
         if 0 <= d <= limit:
@@ -198,7 +198,7 @@ def _deliver(surface: Surface, front: Front, h: int, i: int, base: float, limit:
         if front.waiting[g] == 0 and front.events[g] == 0:
             touch(front, g)
         windows[0].next = front.waiting[g]
-        while i:
+        while i > 0:
             following = windows[i].next
             before = insert(windows, counts, allocate(windows, counts, i) if copied else i, before)
             i = following
