@@ -39,6 +39,7 @@ bench: $(BENCH)/.installed
 	$(BENCH)/bin/python tests/benchmarks/distances.py
 	OPENBLAS_NUM_THREADS=1 $(BENCH)/bin/python tests/benchmarks/files.py
 	OPENBLAS_NUM_THREADS=1 $(BENCH)/bin/python tests/benchmarks/many_sources.py
+	OPENBLAS_NUM_THREADS=1 $(BENCH)/bin/python tests/benchmarks/exact.py
 
 # Renews the results that tests/docs/test_golden.py compares with: after a change that is meant.
 golden: $(VENV)/.developing

@@ -16,6 +16,7 @@ from geomhw_cli.runtime.distance_batch import compute_distances, compute_matrix
 from geomhw_cli.runtime.job import Job, robust_line, time_line
 from geomhw_cli.specs.distance_methods import DistanceMethod
 from geomhw_cli.specs.files import Spec
+from geomhw_cli.specs.label_tables import LabelTable
 from geomhw_cli.specs.masks import MaskSpec, MeshPart
 from geomhw_cli.specs.numbers import LARGEST, SMALLEST, Number
 from geomhw_cli.specs.queries import DistanceQueries
@@ -29,7 +30,20 @@ if TYPE_CHECKING:
     OptionGroup(
         "Input",
         options.SOURCE,
-        flag("--all-pairs", "Distances between all vertices: a matrix, -o D.npy."),
+        flag("--all-pairs", "Distances between all vertices: a matrix, -o D.npy; with --labels a table, -o D.csv."),
+        option(
+            "--labels",
+            "FILE:ARRAY",
+            Spec(lambda text: [LabelTable(text).path]),
+            "With --all-pairs: a row of statistics for each pair of labels of this array, per vertex or per face.",
+        ),
+        option(
+            "--table",
+            "NAMES",
+            str,
+            "Statistics of these rows: mean, min and max of the distances from the vertices of one label to those of "
+            "another, separated by commas.  [default: mean,min,max]",
+        ),
         option("--pairs", "FILE", INPUT, "Distances from a source to a vertex, one pair per line: -o D.csv or D.npy."),
         option(
             "--sources source_file",
@@ -119,6 +133,8 @@ def geodesic(
     mesh_path: Path,
     sources: SourceSpecs,
     all_pairs: bool,
+    labels: str | None,
+    table: str | None,
     pairs: Path | None,
     source_file: Path | None,
     method_name: DistanceMethodName,
@@ -152,6 +168,9 @@ def geodesic(
     with the number of rows. An interrupted run leaves D.partial.npy; the same command resumes it. --all-pairs with
     --limit and -o D.npz writes a sparse symmetric matrix, in which entries are stored within the limit, zeros included.
 
+    With --labels, --all-pairs writes a table with the columns source, target, mean, min and max, one row per pair of
+    labels. A vertex belongs to the labels of all its faces. A label and itself are a pair, zeros included.
+
     \b
     Examples:
       geomhw geodesic data/creature.obj --source 0 -o creature.vtp --png creature.png
@@ -160,13 +179,21 @@ def geodesic(
       geomhw geodesic data/creature.obj --method exact --source 0 --limit 0.5 --beyond -1 -o near.vtp
     """
     chosen = DistanceMethod.parse(method_name, method, limit)
+    labeled = LabelTable.parse(labels, table, all_pairs)
     others = {"--source": sources.specs, "--to": to.specs, "--png": files["png"]}
+    if labeled and single:
+        raise click.UsageError("--single and --labels exclude each other.")
     if queries := DistanceQueries.parse(all_pairs, pairs, source_file, single, others):
         job = Job("geodesic", mesh_path, files["outputs"], **report)
-        if all_pairs and limit is not None and [path.suffix.lower() for path in job.outputs] == [".npz"]:
+        if (
+            all_pairs
+            and not labeled
+            and limit is not None
+            and [path.suffix.lower() for path in job.outputs] == [".npz"]
+        ):
             compute_matrix(job, limit, mask)
         else:
-            compute_distances(job, queries, "<f4" if single else "<f8", chosen, beyond, mask)
+            compute_distances(job, queries, "<f4" if single else "<f8", chosen, beyond, mask, labeled)
         return
     job = Job.plan("geodesic", mesh_path, **files, **report)
     if chosen.name == "exact":

@@ -7,6 +7,8 @@ from typing import Literal
 Boundary = Literal["neumann", "dirichlet", "average"]
 #: How geodesic distances are computed: by the heat method, or exactly on the polyhedral surface.
 DistanceMethodName = Literal["heat", "exact"]
+#: What a table of distances between labels contains, over the pairs of their vertices.
+TableStatistic = Literal["mean", "min", "max"]
 #: How linear systems are solved: by what is faster for the size and the number of solutions, by iteration, or by
 #: factorization.
 SolverName = Literal["auto", "multigrid", "direct"]

@@ -11,17 +11,25 @@ from geomhw_cli.runtime.job import Job, robust_line, time_line
 from geomhw_cli.runtime.progress import progress
 from geomhw_cli.specs.distance_methods import DistanceMethod
 from geomhw_cli.specs.files import require_writable
+from geomhw_cli.specs.label_tables import LabelTable
 from geomhw_cli.specs.masks import MaskSpec, MeshPart
 from geomhw_cli.specs.queries import DistanceQueries, ResolvedQueries
 
 if TYPE_CHECKING:
     from geomhw.arrays import Floats
     from geomhw.geodesic.heat_method import HeatDistance
+    from geomhw.geodesic.label_groups import LabelGroups
     from geomhw.io import ResumableFile
 
 
 def compute_distances(
-    job: Job, queries: DistanceQueries, dtype: str, method: DistanceMethod, beyond: float, mask: MaskSpec | None
+    job: Job,
+    queries: DistanceQueries,
+    dtype: str,
+    method: DistanceMethod,
+    beyond: float,
+    mask: MaskSpec | None,
+    table: LabelTable | None = None,
 ) -> None:
     """Compute the distances and write them to the output of the job, which must be one file.
 
@@ -30,18 +38,21 @@ def compute_distances(
     """
     from geomhw.geodesic.heat_method import HeatDistance, block_size
 
-    _check_files(job, queries)
+    _check_files(job, queries, table)
     whole = job.read()
     part = MeshPart.of(whole, mask)
     mesh, resolved = part.mesh, queries.resolve(whole)
     job.remarks += resolved.remarks
     if resolved.sets is not None:
         resolved.sets = [part.points(points) for points in resolved.sets]
+    groups = table.groups(part) if table else None
     with job.stage("set up"):
         solver = method.solver(mesh, resolved.count)
     run = {"mesh": mesh.digest, "question": queries.option, "sources": queries.digest, "precision": dtype}
     run |= method.report() | ({"beyond": str(beyond)} if beyond != inf else {})
-    partial = _open_partial(job, run, resolved.shape(mesh), dtype)
+    run |= table.report() if table else {}
+    shape = (resolved.count, len(groups.statistics), len(groups.values)) if groups else resolved.shape(mesh)
+    partial = _open_partial(job, run, shape, dtype)
     resumed, size = partial.done, block_size(mesh.n_vertices)
     statistics = {"largest_distance": 0.0, "unreachable": 0, **partial.note}
     with partial:
@@ -52,12 +63,17 @@ def compute_distances(
                     with job.stage("compute"):
                         values = resolved.distances(mesh, method.rows(solver), first, last)
                     with job.stage("write"):
-                        _update(statistics, values)
-                        values[values == inf] = beyond
+                        if groups:
+                            values = groups.of_rows(values)
+                        else:
+                            _update(statistics, values)
+                            values[values == inf] = beyond
                         partial.append(values.astype(dtype).tobytes(), last, statistics)
                     bar(last / resolved.count)
             with job.stage("write"):
-                if queries.is_pairs:
+                if groups:
+                    _write_table(job, groups, partial, beyond, statistics)
+                elif queries.is_pairs:
                     _write_pairs(job, queries, resolved, partial, dtype)
                 else:
                     partial.finish()
@@ -71,7 +87,7 @@ def compute_distances(
         "question": queries.option.removeprefix("--"),
         "queries": resolved.count,
         "resumed_after": resumed,
-        "shape": list(resolved.shape(mesh)),
+        "shape": list(shape),
         "numbers": "single" if dtype == "<f4" else "double",
         **statistics,
         **solver.settings(),
@@ -127,12 +143,13 @@ def compute_matrix(job: Job, limit: float, mask: MaskSpec | None) -> None:
     job.finish(mesh, {**report, **solver.settings(), "limit": limit}, lines)
 
 
-def _check_files(job: Job, queries: DistanceQueries) -> None:
+def _check_files(job: Job, queries: DistanceQueries, table: LabelTable | None) -> None:
     """Raise an error unless there is one output, and it and the files of a partial run can be written."""
     if len(job.outputs) != 1:
-        raise click.UsageError(f"{queries.option} writes one file; give -o D.npy.")
+        raise click.UsageError(f"{queries.option} writes one file; give -o D.{'csv' if table else 'npy'}.")
     (output,) = job.outputs
-    require_writable([output], [".npy", ".csv"] if queries.is_pairs else [".npy"])
+    extensions = [".csv"] if table else [".npy", ".csv"] if queries.is_pairs else [".npy"]
+    require_writable([output], extensions)
     partial = [output.with_name(f"{output.stem}.partial{suffix}") for suffix in (".npy", ".json")]
     require_writable(partial, [".npy", ".json"])
 
@@ -155,6 +172,27 @@ def _update(statistics: dict[str, Any], values: "Floats") -> None:
     finite = np.isfinite(values)
     statistics["largest_distance"] = max(statistics["largest_distance"], float(values.max(where=finite, initial=0.0)))
     statistics["unreachable"] += int(values.size - np.count_nonzero(finite))
+
+
+def _write_table(
+    job: Job, groups: "LabelGroups", partial: "ResumableFile", beyond: float, statistics: dict[str, Any]
+) -> None:
+    """Write the statistics between labels, one row per pair, and include them in the statistics of the report."""
+    import numpy as np
+
+    from geomhw.io import replacing
+
+    table = groups.table(np.load(partial.path, mmap_mode="r"))
+    _update(statistics, table)
+    table[table == inf] = beyond
+    names = [str(int(value)) if value.is_integer() else repr(value) for value in groups.values.tolist()]
+    lines = [",".join(["source", "target", *groups.statistics])]
+    for k, source in enumerate(names):
+        for target, values in zip(names, table[:, k].T.tolist(), strict=True):
+            lines.append(",".join([source, target, *map(repr, values)]))
+    with replacing(job.outputs) as (temporary,):
+        temporary.write_text("\n".join(lines) + "\n", encoding="utf-8", newline="\n")
+    partial.discard()
 
 
 def _write_pairs(

@@ -136,7 +136,8 @@ class ExactDistance:
         points = sources.within_faces
         front = empty_front(self._surface, len(points))
         start(front, sources.vertices, len(points))
-        front, radius = self._propagated(front, points, _checked(limit), wanted)
+        places, faces = points.positions(self.mesh), self._face_of[points.faces]
+        front, radius = self._propagated(front, places, faces, _checked(limit), wanted)
         vertices = np.sort(reached(front))
         final = front.distance[vertices] <= radius
         front.distance[vertices[~final]] = inf
@@ -190,20 +191,20 @@ class ExactDistance:
         """Return how distances are computed, as plain values for a report."""
         return {"method": "exact"}
 
-    def _propagated(self, front: Front, points: SurfacePoints, limit: float, targets: Ints) -> tuple[Front, float]:
-        """Propagate a front with these sources within faces; return it, and the radius of final distances."""
-        places, faces = points.positions(self.mesh), self._face_of[points.faces]
+    def _propagated(
+        self, front: Front, places: Floats, faces: Ints, limit: float, targets: Ints
+    ) -> tuple[Front, float]:
+        """Propagate a front with sources at places within faces; return it, and the radius of final distances."""
         while (radius := propagate(self._surface, front, places, faces, limit, targets)) < 0:
             front = with_more_room(front)
         return front, radius
 
     def _upper_rows(self, vertices: Ints, limit: float) -> list[tuple[Ints, Floats]]:
         """Vertices from each of these on within the limit, ascending, and their distances."""
-        front, none, rows = empty_front(self._surface), vertices[:0], []
-        no_points = vertex_points(self.mesh, vertices).within_faces
-        for v in vertices:
-            start(front, np.array([v]), 0)
-            front, _ = self._propagated(front, no_points, limit, none)
+        front, none, no_places, rows = empty_front(self._surface), vertices[:0], np.empty((0, 3)), []
+        for k, v in enumerate(vertices.tolist()):
+            start(front, vertices[k : k + 1], 0)
+            front, _ = self._propagated(front, no_places, none, limit, none)
             columns = reached(front)
             columns = np.sort(columns[columns >= v])
             rows.append((columns, front.distance[columns]))

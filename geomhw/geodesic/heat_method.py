@@ -176,11 +176,9 @@ class HeatDistance:
 
         Sets of one vertex are solved in blocks where systems are factored, at a fraction of the time.
         """
-        rows = np.empty((len(queries), self.mesh.n_vertices))
         if self._refine:
-            for k, sources in enumerate(queries):
-                rows[k] = self._exact.from_sources(sources)["distance"]
-            return rows
+            return self._exact.rows(queries)
+        rows = np.empty((len(queries), self.mesh.n_vertices))
         single = [k for k, sources in enumerate(queries) if len(sources) == len(sources.vertices) == 1]
         left = set(range(len(queries)))
         if len(single) > 1 and self._many_sources:

@@ -25,7 +25,7 @@ def images(
     is the lower vertex of the side.
     """
     first = last = 0
-    while i:
+    while i > 0:
         w = windows[i]
         left, right, x, y, split = w.left, w.right, w.x, w.y, w.split
         if mirrored:

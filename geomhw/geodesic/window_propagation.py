@@ -70,7 +70,7 @@ def _size(surface: Surface, front: Front, faces: Ints, item: int) -> int:
             count += sides[surface.corners[k]]
         return count
     i = front.waiting[item]
-    while i:
+    while i > 0:
         count += 1
         i = front.windows[i].next
     return count * _copies(surface, item)
@@ -150,7 +150,7 @@ def _cross_face(surface: Surface, front: Front, h: int, limit: float) -> None:
     windows, face = front.windows, triangle(surface, h)
     x, y = face.left * face.cos_low, face.left * face.sin_low
     first = i = np.int64(front.waiting[h])
-    while i:
+    while i > 0:
         w = windows[i]
         while w.next and continues(w, windows[w.next], face.base):
             j = w.next
@@ -172,7 +172,7 @@ def _cross_face(surface: Surface, front: Front, h: int, limit: float) -> None:
     keep = front.events[h] > PATIENCE
     front.waiting[h] = first if keep else 0
     i = first
-    while i:
+    while i > 0:
         following = windows[i].next
         windows[i].passed = 1
         if not keep:
@@ -190,7 +190,7 @@ def _deliver(surface: Surface, front: Front, h: int, i: int, base: float, limit:
     windows, counts = front.windows, front.counts
     low, high = ends(surface, h)
     first, last, least, g = 0, 0, inf, np.int64(surface.across[h])
-    while i:
+    while i > 0:
         following = windows[i].next
         d = trim(windows[i], front.distance[low], front.distance[high], base) if g != h else -1.0
         if 0 <= d <= limit:
@@ -209,7 +209,7 @@ def _deliver(surface: Surface, front: Front, h: int, i: int, base: float, limit:
         if front.waiting[g] == 0 and front.events[g] == 0:
             touch(front, g)
         windows[0].next = front.waiting[g]
-        while i:
+        while i > 0:
             following = windows[i].next
             before = insert(windows, counts, allocate(windows, counts, i) if copied else i, before)
             i = following

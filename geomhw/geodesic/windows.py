@@ -104,13 +104,13 @@ def insert(windows: Any, counts: Ints, new: int, start: int) -> int:
     if start and windows[start].right > t:
         start = 0
     old = windows[start].next
-    while old and windows[old].right <= t:
+    while old > 0 and windows[old].right <= t:
         start = old
         old = windows[old].next
     windows[new].next = UNLINKED
     # The sweep is at t. ``best`` is the shortest window since ``begin``, not yet in the list, which ends at ``tail``.
     tail, best, begin, end = start, new, t, stop
-    while old and windows[old].left < stop:
+    while old > 0 and windows[old].left < stop:
         following, low, high = windows[old].next, windows[old].left, windows[old].right
         windows[old].next = UNLINKED
         if low < t:
