@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from geomhw.background import submit
-from geomhw.options import HEAT_METHOD, Boundary, DistanceMethodName, GeodesicPanel
+from geomhw.options import HEAT_METHOD, Boundary, DistanceMethodName, GeodesicPanel, TableStatistic
 from geomhw.wording import counted
 from geomhw_cli import options
-from geomhw_cli.options import INPUT, Choice, OptionGroup, choice, command, flag, is_given, option
+from geomhw_cli.options import INPUT, Choice, Choices, OptionGroup, choice, command, flag, is_given, option
 from geomhw_cli.runtime.accuracy import accuracy_lines
 from geomhw_cli.runtime.distance_batch import compute_distances, compute_matrix
 from geomhw_cli.runtime.job import Job, robust_line, time_line
@@ -40,7 +40,7 @@ if TYPE_CHECKING:
         option(
             "--table",
             "NAMES",
-            str,
+            Choices(TableStatistic),
             "Statistics of these rows: mean, min and max of the distances from the vertices of one label to those of "
             "another, separated by commas.  [default: mean,min,max]",
         ),
@@ -134,7 +134,7 @@ def geodesic(
     sources: SourceSpecs,
     all_pairs: bool,
     labels: str | None,
-    table: str | None,
+    table: tuple[TableStatistic, ...] | None,
     pairs: Path | None,
     source_file: Path | None,
     method_name: DistanceMethodName,

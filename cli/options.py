@@ -127,6 +127,17 @@ class Choice(click.Choice[str]):
         return super().convert(self._former.get(value, value), param, ctx)
 
 
+class Choices(Choice):
+    """Several different names of a Literal, separated by commas."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Return the names in the given order."""
+        names = tuple(super(Choices, self).convert(name, param, ctx) for name in value.split(","))
+        if len(set(names)) < len(names):
+            self.fail(f"'{value}' names one of them twice.", param, ctx)
+        return names
+
+
 def option(names: str, metavar: str, kind: Any, help: str, **settings: Any) -> click.Option:
     """An option with a value of some kind: a type or a `click.ParamType`. names: separated by blanks."""
     return click.Option(names.split(), metavar=metavar, type=kind, help=help, **settings)

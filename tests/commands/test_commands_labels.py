@@ -77,7 +77,7 @@ def test_resumed(monkeypatch: pytest.MonkeyPatch) -> None:
     Path("D.csv").unlink()
     with monkeypatch.context() as patched:
         patched.setattr(HeatDistance, "rows", stopping(3, interrupt))
-        assert run(*command).exit_code == 1
+        assert run(*command).exit_code == 130
     assert "another table" in run(*command, "--table", "min").stderr
     np.savez("labels.npz", part=LABELS + 1, side=OF_FACES)
     assert "another labels" in run(*command).stderr
@@ -114,7 +114,7 @@ def test_components_and_masks() -> None:
     [
         (["--labels", "labels.npz:part"], ["--labels", "--all-pairs"]),
         (["--all-pairs", "--table", "min"], ["--table", "--labels"]),
-        (["--all-pairs", "--labels", "labels.npz:part", "--table", "median"], ["median", "mean, min, max"]),
+        (["--all-pairs", "--labels", "labels.npz:part", "--table", "median"], ["median", "mean", "min", "max"]),
         (["--all-pairs", "--labels", "labels.npz:part", "--table", "min,min"], ["min,min"]),
         (["--all-pairs", "--labels", "labels.npz:part", "--single", "-o", "D.csv"], ["--single"]),
         (["--all-pairs", "--labels", "labels.npz:part", "-o", "D.npy"], [".csv"]),
