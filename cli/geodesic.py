@@ -1,5 +1,6 @@
 """``geomhw geodesic``: geodesic distance by the heat method, or exact."""
 
+from functools import partial
 from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -158,8 +159,8 @@ def geodesic(
     Arrays per face:   heat_gradient, direction (-grad u / |grad u|).
 
     The error of the heat method is a few percent, and largest near the source. The report compares the distances with
-    exact ones at up to 50,000 vertices nearest to the source. --refine makes them exact. --method exact writes the
-    array distance only.
+    exact ones at the 50,000 vertices nearest to the source, except with -q. --refine makes them exact. --method exact
+    writes the array distance only.
 
     With --robust, arrays per vertex are computed on the intrinsic Delaunay triangulation. Arrays per face are computed
     from u on the faces of MESH, and are zero on faces of zero area.
@@ -249,7 +250,6 @@ def _heat(
     panels: tuple[str, ...],
 ) -> None:
     """Compute, write and report distances by the heat method."""
-    from geomhw.geodesic.accuracy import distance_errors
     from geomhw.geodesic.heat_method import HeatDistance
 
     mesh = job.read()
@@ -257,10 +257,14 @@ def _heat(
     with job.stage("compute"):
         solver, points = HeatDistance(part.mesh, **method.settings), part.sources(sources, job.remarks)
         result = part.expand(solver.from_sources(points))
-    answers, distance = result.report, result["distance"]
-    errors = submit(lambda: {} if answers["refined"] else distance_errors(part.mesh, points, distance))
+    answers = result.report
+    errors = None
+    if not (job.quiet or answers["refined"]):  # only for the report, and compiled loops take half a second to load
+        from geomhw.geodesic.accuracy import distance_errors
+
+        errors = submit(partial(distance_errors, part.mesh, points, result["distance"]))
     _write(job, result, beyond, panels)
-    answers = {**answers, "accuracy": {"exact": answers["refined"], **errors.result()}}
+    answers = {**answers, "accuracy": {"exact": answers["refined"], **(errors.result() if errors else {})}}
     farthest = answers["farthest"]
     lines = [
         source_line(answers["sources"]),
@@ -291,8 +295,6 @@ def _write(job: Job, result: "Result", beyond: float, panels: tuple[str, ...]) -
 
 def _unreachable(answers: dict[str, Any], beyond: float) -> list[str]:
     """The warning of vertices that no path reaches."""
-    if unreached := answers.get("unreachable_vertices"):
-        return [
-            f"warning: {counted(unreached, 'vertex', 'vertices')} on components without a source: distance {beyond:g}"
-        ]
-    return []
+    unreached = answers.get("unreachable_vertices", 0)
+    where = f"{counted(unreached, 'vertex', 'vertices')} on components without a source"
+    return [f"warning: {where}: distance {beyond:g}"] if unreached else []

@@ -93,7 +93,7 @@ def compute_distances(
         **solver.settings(),
         **({"limit": limit} if (limit := method.settings.get("limit", inf)) < inf else {}),
     }
-    if isinstance(solver, HeatDistance):
+    if isinstance(solver, HeatDistance) and not job.quiet:
         report["accuracy"] = _accuracy(solver, resolved, report["refined"])
     lines = [
         f"sources: {resolved.count}" + (f", of which {resumed} were there" if resumed else ""),

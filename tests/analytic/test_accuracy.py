@@ -1,6 +1,8 @@
 """The reported errors of distances against straight lines on flat meshes."""
 
 import json
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -51,3 +53,13 @@ def test_the_report_warns_from_five_percent_on() -> None:
     assert f"warning   distances are {report['mean']:.2%} off" in answer.stdout
     assert "--refine" in answer.stdout
     assert "accuracy  exact" in run("geodesic", "m.off", "--no-png", "--refine").stdout
+
+
+@pytest.mark.usefixtures("folder")
+def test_quiet_runs_compare_nothing() -> None:
+    """With ``-q`` there is no report, and no compiled loop is loaded."""
+    save_off(grid(3, 3), "m.off")
+    code = "import sys; from geomhw_cli.program import run; c = run(); assert 'numba' not in sys.modules; sys.exit(c)"
+    arguments = ["geodesic", "m.off", "--time", "h2", "-o", "r.vtp", "-q"]
+    answer = subprocess.run([sys.executable, "-c", code, *arguments], capture_output=True, text=True)
+    assert answer.returncode == 0, answer.stderr
