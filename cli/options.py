@@ -9,7 +9,7 @@ from click.core import ParameterSource
 from geomhw.options import DEFAULT_DT, DEFAULT_EVERY, DEFAULT_STEPS, PANEL_WIDTH, SolverName
 from geomhw_cli.runtime.memory import COMPUTING, require_memory
 from geomhw_cli.specs.fields import COLOR_HELP, color_files, field_files
-from geomhw_cli.specs.files import InputFile, OutputFile, Spec, set_format
+from geomhw_cli.specs.files import FormatName, InputFile, OutputFile, Spec, set_format
 from geomhw_cli.specs.numbers import COUNT, POSITIVE, Number
 from geomhw_cli.specs.sources import SOURCE_HELP, SourceSpecs
 
@@ -172,7 +172,7 @@ def is_given(parameter: str) -> bool:
 FORMAT = option(
     "--format",
     "FORMAT",
-    str,
+    FormatName(),
     "Format of MESH where it is - (standard input) or has no known extension: off, obj, ply, stl, vtk ...",
     expose_value=False,
     callback=set_format,
@@ -180,7 +180,7 @@ FORMAT = option(
 OUTPUT_FORMAT = option(
     "--output-format",
     "FORMAT",
-    str,
+    FormatName(),
     "Format of -o - (standard output): vtk, vtp, vtu or ply. The report goes to stderr.  [default: that of --format]",
     expose_value=False,
     callback=set_format,

@@ -49,6 +49,16 @@ class OutputFile(click.Path):
         return path
 
 
+class FormatName(click.ParamType):  # type: ignore[type-arg]  # generic in later versions of click
+    """The name of a format, as an extension."""
+
+    name = "format"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        """Return the extension, in lower case with its dot."""
+        return f".{str(value).lower().removeprefix('.')}"
+
+
 class Spec(click.ParamType):  # type: ignore[type-arg]  # generic in later versions of click
     """A text that may name files to read. files: finds them in the text."""
 
@@ -102,7 +112,7 @@ def set_format(context: click.Context, option: click.Parameter, value: str | Non
     """Keep the extension that ``--format`` or ``--output-format`` names."""
     if value:
         key = _FORMAT if option.name == "format" else _OUTPUT_FORMAT
-        context.meta[key] = f".{value.lower().removeprefix('.')}"
+        context.meta[key] = value
 
 
 def _require_stream_format(extensions: Collection[str]) -> None:

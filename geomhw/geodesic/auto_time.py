@@ -39,7 +39,7 @@ def time_step(asked: str | float, surface: PolyhedralSurface) -> TimeStep:
     Raises
     ------
     MeshError
-        For ``auto``, if a face has zero area.
+        If a face has zero area.
     ArgumentError
         For anything else, and for a time that is zero, infinite or not between 1e-60 h² and 1e8 h².
 
@@ -50,13 +50,13 @@ def time_step(asked: str | float, surface: PolyhedralSurface) -> TimeStep:
     >>> round(time_step("0.5*h2", mesh).t / mesh.mean_edge_length**2, 12)
     0.5
     """
+    surface.require_area("robust=True")
     if str(asked).strip() != "auto":
         return given_time(asked, surface)
     h = surface.mean_edge_length
     ratio = math.sqrt(h) / h**2
     if not (LEAST <= ratio <= MOST and isinstance(surface, TriangleMesh)):
         return TimeStep(h**2, "auto", "h²")
-    surface.require_area("robust=True")
     rounding = 1e-12 * np.abs(surface.edge_cotan_weights).max()
     if surface.edge_cotan_weights.min() < -rounding:
         return TimeStep(h**2, "auto", "h², since cotan weights are negative")

@@ -1,5 +1,6 @@
 """The Makefiles of the examples do what their pages state on a fresh clone, and write into ignored folders only."""
 
+import os
 import re
 import shutil
 import subprocess
@@ -27,7 +28,8 @@ PRODUCTS = {
 def make(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
     """Run make in a folder with this Python."""
     command = ["make", f"PYTHON={sys.executable}", PROGRAM, *arguments]
-    return subprocess.run(command, cwd=folder, capture_output=True, text=True)
+    outside = {name: value for name, value in os.environ.items() if not name.startswith("MAKE")}
+    return subprocess.run(command, cwd=folder, env=outside, capture_output=True, text=True)
 
 
 @pytest.fixture

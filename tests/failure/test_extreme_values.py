@@ -11,7 +11,7 @@ import pytest
 from geomhw.mesh.primitives import icosphere
 from geomhw.results import Field, Result
 from geomhw_cli.main import program
-from geomhw_cli.specs.files import InputFile, OutputFile, Spec
+from geomhw_cli.specs.files import FormatName, InputFile, OutputFile, Spec
 from geomhw_cli.specs.numbers import Number
 from support.program import files, run, save_off
 
@@ -85,7 +85,8 @@ def test_every_option_is_known(command: str) -> None:
     files count as inputs, a choice, a flag; other texts are listed above."""
     for parameter in program.commands[command].params:
         own = isinstance(
-            parameter.type, Number | InputFile | OutputFile | Spec | click.Choice | click.types.BoolParamType
+            parameter.type,
+            Number | InputFile | OutputFile | FormatName | Spec | click.Choice | click.types.BoolParamType,
         )
         known = own or (command, parameter.opts[0]) in TEXTS
         assert known, f"{command} {parameter.opts[0]} has the type {parameter.type}"
