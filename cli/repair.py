@@ -109,6 +109,6 @@ def _differences(done: "Repair", fields: "Sequence[Field]") -> list[str]:
     for item in fields:
         if item.location == "vertex":
             differ = item.values[joined] != item.values[done.first_vertices[joined]]
-            if count := int(np.count_nonzero(differ.reshape(len(joined), -1).any(axis=1))):
+            if count := int(np.count_nonzero(differ.any(axis=tuple(range(1, differ.ndim))))):
                 remarks.append(f"array '{item.name}' has other values at {count} of the joined vertices")
     return remarks

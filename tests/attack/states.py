@@ -16,7 +16,8 @@ MATRIX = "geodesic ring.off --all-pairs --time h2 -o D.npy"
 RESUMED = f"fluid ball.off {FLUID} -o f.pvd"
 #: Bytes of a state that holds some rows.
 ENOUGH = 9_000
-OTHERS = ("geodesic ring.off --all-pairs --time sqrt-h -o D.npy", f"fluid ball.off {FLUID} --scheme rk4 -o f.pvd")
+#: A run whose state is not one of `MATRIX`. The state of another flow is the user's choice of it, with its options.
+OTHER = "geodesic ring.off --all-pairs --time sqrt-h -o D.npy"
 
 
 def attack(seed: int, count: int) -> Iterator[list[str]]:
@@ -25,16 +26,17 @@ def attack(seed: int, count: int) -> Iterator[list[str]]:
     here = os.getcwd()
     with prepared() as template, tempfile.TemporaryDirectory() as space:
         whole = {command: whole_run(command, fresh(template, Path(space) / "whole")) for command in (MATRIX, RESUMED)}
-        saved, others = [], []
-        for k, (command, other) in enumerate(zip((MATRIX, RESUMED), OTHERS, strict=True)):
-            saved.append(stopped(command, fresh(template, Path(space) / f"stopped-{k}")))
-            others.append(stopped(other, fresh(template, Path(space) / f"other-{k}")))
+        saved = [
+            stopped(command, fresh(template, Path(space) / f"stopped-{k}"))
+            for k, command in enumerate((MATRIX, RESUMED))
+        ]
+        other = stopped(OTHER, fresh(template, Path(space) / "other"))
         for number in range(count):
             k = number % 2
             folder = fresh(saved[k], Path(space) / "run")
             names = ["f.restart.npz"] if k else ["D.partial.npy", "D.partial.json"]
             name = chance.choice(names)
-            how = damage(folder / name, others[k] / name, chance)
+            how = damage(folder / name, None if k else other / name, chance)
             command = RESUMED + " --restart f.restart.npz" if k else MATRIX
             os.chdir(folder)
             try:
@@ -70,8 +72,8 @@ def size_of(path: Path) -> int:
     return path.stat().st_size if path.exists() else 0
 
 
-def damage(path: Path, other: Path, chance: random.Random) -> str:
-    """Damage a file; return how."""
+def damage(path: Path, other: Path | None, chance: random.Random) -> str:
+    """Damage a file, or replace it by another; return how."""
     data = bytearray(path.read_bytes())
     at = chance.randrange(len(data))
     match chance.randrange(7):
@@ -91,7 +93,7 @@ def damage(path: Path, other: Path, chance: random.Random) -> str:
         case 4:
             data += chance.randbytes(chance.randrange(1, 4096))
             how = "has more bytes"
-        case 5:
+        case 5 if other:
             data = bytearray(other.read_bytes())
             how = "is of another run"
         case _:

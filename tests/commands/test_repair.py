@@ -50,6 +50,17 @@ def test_repaired_meshes_stay_as_they_are() -> None:
         np.testing.assert_array_equal(done.mesh.faces, mesh.faces)
 
 
+@pytest.mark.parametrize("columns", [(), (3,)])
+def test_arrays_of_a_sound_mesh(columns: tuple[int, ...]) -> None:
+    """Arrays at vertices are carried over where no vertices are joined."""
+    mesh = icosphere(1)
+    values = np.arange(42.0 * (columns or (1,))[0]).reshape(42, *columns)
+    write(Result(mesh, [Field("u", "vertex", values)]), "in.vtp")
+    answer = run("repair", "in.vtp", "-o", "out.vtp")
+    assert answer.exit_code == 0, answer.output
+    np.testing.assert_array_equal(read("out.vtp")["u"], values)
+
+
 def test_degenerate_faces() -> None:
     """Faces of zero area, and faces that welding folds, are removed; if none is left, that is an error."""
     points = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [2, 0, 0], [0, 1e-9, 0]]
