@@ -10,11 +10,13 @@ from pathlib import Path
 
 from attack.program import FLUID, SECONDS, finished, fresh, prepared, start
 
+from geomhw.geodesic.heat_method import HeatDistance
+from support.matrix_runs import interrupt, stopping
 from support.program import contents, run
 
 MATRIX = "geodesic ring.off --all-pairs --time h2 -o D.npy"
 RESUMED = f"fluid ball.off {FLUID} -o f.pvd"
-#: Bytes of a state that holds some rows.
+#: Bytes of a state that is whole.
 ENOUGH = 9_000
 #: A run whose state is not one of `MATRIX`. The state of another flow is the user's choice of it, with its options.
 OTHER = "geodesic ring.off --all-pairs --time sqrt-h -o D.npy"
@@ -27,10 +29,10 @@ def attack(seed: int, count: int) -> Iterator[list[str]]:
     with prepared() as template, tempfile.TemporaryDirectory() as space:
         whole = {command: whole_run(command, fresh(template, Path(space) / "whole")) for command in (MATRIX, RESUMED)}
         saved = [
-            stopped(command, fresh(template, Path(space) / f"stopped-{k}"))
-            for k, command in enumerate((MATRIX, RESUMED))
+            stopped_matrix(MATRIX, fresh(template, Path(space) / "matrix")),
+            stopped(RESUMED, fresh(template, Path(space) / "flow")),
         ]
-        other = stopped(OTHER, fresh(template, Path(space) / "other"))
+        other = stopped_matrix(OTHER, fresh(template, Path(space) / "other"))
         for number in range(count):
             k = number % 2
             folder = fresh(saved[k], Path(space) / "run")
@@ -53,13 +55,25 @@ def whole_run(command: str, folder: Path) -> dict[str, bytes]:
     return {name: data for name, data in contents(folder).items() if name not in before}
 
 
+def stopped_matrix(command: str, folder: Path) -> Path:
+    """Interrupt a run of distances in its fourth block; return its folder."""
+    here, rows = os.getcwd(), HeatDistance.rows
+    os.chdir(folder)
+    try:
+        HeatDistance.rows = stopping(4, interrupt)  # type: ignore[method-assign]
+        run(*command.split())
+    finally:
+        HeatDistance.rows = rows  # type: ignore[method-assign]
+        os.chdir(here)
+    return folder
+
+
 def stopped(command: str, folder: Path) -> Path:
     """Stop a run as soon as it has saved a state; return its folder."""
     with start(command, folder) as process:
         limit = time.monotonic() + SECONDS
-        states = ("*.partial.npy", "*.restart.npz")
         while process.poll() is None and time.monotonic() < limit:
-            if any(size_of(path) > ENOUGH for pattern in states for path in folder.glob(pattern)):
+            if any(size_of(path) > ENOUGH for path in folder.glob("*.restart.npz")):
                 break
             time.sleep(0.005)
         process.send_signal(signal.SIGTERM)
