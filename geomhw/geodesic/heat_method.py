@@ -141,7 +141,8 @@ class HeatDistance:
         """
         mesh, surface, stage = self.mesh, self._surface, self.stages
         sources = sources[sources.distinct()[0]]
-        self._poisson.solve.begin()
+        if not self._refine:
+            self._poisson.solve.begin()
         with stage("paths along edges"):
             known = known_distances(mesh, sources)
             paths = edge_path_distance(surface, np.flatnonzero(np.isfinite(known)), known)
