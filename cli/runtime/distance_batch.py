@@ -180,18 +180,18 @@ def _write_table(
     """Write the statistics between labels, one row per pair, and include them in the statistics of the report."""
     import numpy as np
 
-    from geomhw.io import replacing
+    from geomhw.io import write_csv
 
     table = groups.table(np.load(partial.path, mmap_mode="r"))
     _update(statistics, table)
     table[table == inf] = beyond
-    names = [str(int(value)) if value.is_integer() else repr(value) for value in groups.values.tolist()]
-    lines = [",".join(["source", "target", *groups.statistics])]
-    for k, source in enumerate(names):
-        for target, values in zip(names, table[:, k].T.tolist(), strict=True):
-            lines.append(",".join([source, target, *map(repr, values)]))
-    with replacing(job.outputs) as (temporary,):
-        temporary.write_text("\n".join(lines) + "\n", encoding="utf-8", newline="\n")
+    labels = [int(value) if value.is_integer() else value for value in groups.values.tolist()]
+    rows = [
+        {"source": source, "target": target, **dict(zip(groups.statistics, values, strict=True))}
+        for k, source in enumerate(labels)
+        for target, values in zip(labels, table[:, k].T.tolist(), strict=True)
+    ]
+    write_csv(job.outputs[0], rows)
     partial.discard()
 
 
