@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from geomhw.geodesic.exact import ExactDistance
-from geomhw.mesh.primitives import cylinder_band, grid
+from geomhw.mesh.primitives import grid
 from geomhw.mesh.surface_points import face_point
 from geomhw.mesh.triangle_mesh import TriangleMesh
+from support.exact import cylinder
 from support.hostile import hostile
 
 
@@ -78,12 +79,7 @@ def test_tetrahedron() -> None:
 
 def test_cylinder() -> None:
     """On a cylinder: the shorter straight line of its two unfoldings."""
-    n = 24
-    mesh = cylinder_band(n, 8, height=2.0)
-    width = 2 * n * np.sin(np.pi / n)
-    across = np.arange(mesh.n_vertices) % n * (width / n)
-    up = mesh.vertices[:, 2] - mesh.vertices[0, 2]
-    expected = np.minimum(np.hypot(across, up), np.hypot(width - across, up))
+    mesh, expected = cylinder()
     np.testing.assert_allclose(ExactDistance(mesh).from_vertices([0])["distance"], expected, rtol=1e-12)
 
 

@@ -5,8 +5,9 @@ import pytest
 
 from geomhw.geodesic.exact import ExactDistance
 from geomhw.geodesic.heat_method import HeatDistance
-from geomhw.mesh.primitives import cylinder_band, grid, icosphere
+from geomhw.mesh.primitives import grid, icosphere
 from geomhw.mesh.triangle_mesh import TriangleMesh
+from support.exact import cylinder
 
 
 def refined(mesh: TriangleMesh, sources: list[int]) -> np.ndarray:
@@ -34,12 +35,7 @@ def test_flat_is_exact(source: int) -> None:
 
 def test_cylinder_is_exact() -> None:
     """On a cylinder the distance is the shorter straight line of its two unfoldings."""
-    n = 24
-    mesh = cylinder_band(n, 8, height=2.0)
-    width = 2 * n * np.sin(np.pi / n)
-    across = np.arange(mesh.n_vertices) % n * (width / n)
-    up = mesh.vertices[:, 2] - mesh.vertices[0, 2]
-    exact = np.minimum(np.hypot(across, up), np.hypot(width - across, up))
+    mesh, exact = cylinder()
     found = refined(mesh, [0])
     np.testing.assert_allclose(found, exact, rtol=1e-12)
 

@@ -8,7 +8,7 @@ from geomhw.fluid.conservative import ConservativeScheme
 from geomhw.fluid.run import Plan, run
 from geomhw.fluid.state import FlowState, Scheme
 from geomhw.geodesic.heat_method import HeatDistance
-from geomhw.mesh.primitives import icosphere
+from geomhw.mesh.primitives import cylinder_band, icosphere
 from geomhw.mesh.surface_points import SurfacePoints
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.options import Connection, Integrator
@@ -54,6 +54,16 @@ def wave_velocity(mesh: TriangleMesh) -> np.ndarray:
     """Return the velocity of the wave at time 0."""
     scheme = ConservativeScheme(mesh)
     return scheme.velocity(scheme.from_vorticity(rossby_haurwitz(mesh)))
+
+
+def cylinder() -> tuple[TriangleMesh, np.ndarray]:
+    """Return a cylinder and the distances from its vertex 0: the shorter straight line of two unfoldings."""
+    n = 24
+    mesh = cylinder_band(n, 8, height=2.0)
+    width = 2 * n * np.sin(np.pi / n)
+    across = np.arange(mesh.n_vertices) % n * (width / n)
+    up = mesh.vertices[:, 2] - mesh.vertices[0, 2]
+    return mesh, np.minimum(np.hypot(across, up), np.hypot(width - across, up))
 
 
 def great_circle(mesh: TriangleMesh, source: int) -> np.ndarray:
