@@ -12,8 +12,8 @@ from geomhw.arrays import Floats, Ints
 _PRIMES = np.array([0x9E3779B185EBCA87, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9], dtype=np.uint64)
 #: Points of a cube that are compared with those of other cubes.
 _CROWD = 8
-#: A direction in which few points of a mesh have equal positions.
-_DIRECTION = np.array([0.5411961, 0.7653669, 0.3490659]) / 0.9999
+#: Directions in which few points of a mesh have equal positions.
+_DIRECTIONS = np.array([[0.5411961, 0.7653669, 0.3490659], [0.7071068, -0.2705981, 0.6532815]]) / 0.9999
 
 
 def distinct_points(points: Floats) -> tuple[Ints, Ints]:
@@ -48,14 +48,17 @@ def _by_position(points: Floats) -> tuple[Ints, NDArray[np.bool_]]:
     """
     with np.errstate(invalid="ignore"):  # signaling NaN
         columns = np.ascontiguousarray(points.T) + 0.0  # -0.0 becomes 0.0
-    bits = columns.view(f"u{columns.itemsize}").astype(np.uint64)
-    if columns.itemsize == 8:
-        bits ^= bits >> np.uint64(32)  # the low bits of few digits are zero, and so would be those of the products
-    order, keys = _order(bits[0] * _PRIMES[0] ^ bits[1] * _PRIMES[1] ^ bits[2] * _PRIMES[2])
-    new = _changes(columns, order)
+    words = columns.view(f"u{columns.itemsize}").astype(np.uint64, copy=False)
+    if columns.itemsize == 4:  # two coordinates fit into one word
+        words = np.stack([words[0] << np.uint64(32) | words[1], words[2]])
+    hashed = np.zeros(len(points), dtype=np.uint64)
+    for word, prime in zip(words, _PRIMES, strict=False):
+        hashed ^= (word ^ word >> np.uint64(32)) * prime  # the low bits of few digits are zero
+    order, keys = _order(hashed)
+    new = _changes(words, order)
     if (new[1:] & (keys[1:] == keys[:-1])).any():  # different points have one hash
-        order = np.lexsort(columns)
-        new = _changes(columns, order)
+        order = np.lexsort(words)
+        new = _changes(words, order)
     return order, new
 
 
@@ -70,12 +73,12 @@ def _order(keys: NDArray[np.uint64]) -> tuple[Ints, NDArray[np.uint64]]:
     return (packed & ~(~np.uint64(0) << index)).astype(np.int64), packed >> index
 
 
-def _changes(columns: Floats, order: Ints) -> NDArray[np.bool_]:
+def _changes(words: NDArray[np.uint64], order: Ints) -> NDArray[np.bool_]:
     """Whether each point differs from the one before it in an order."""
     new = np.zeros(len(order), dtype=bool)
     new[:1] = True
-    for column in columns:
-        ranked = np.take(column, order)
+    for word in words:
+        ranked = np.take(word, order)
         new[1:] |= ranked[1:] != ranked[:-1]
     return new
 
@@ -95,7 +98,9 @@ def first_nearby(points: Floats, tolerance: float) -> Ints:
     [0, 1, 1]
     """
     group = np.arange(len(points))
-    near = _may_be_near(points, tolerance)
+    near = group
+    for direction in _DIRECTIONS:
+        near = near[_may_be_near(points[near] @ direction, tolerance)]
     if len(near) < 2:
         return group
     links, few = _crowds(points[near], tolerance)
@@ -123,15 +128,14 @@ def _crowds(points: Floats, tolerance: float) -> tuple[Ints, Ints]:
     return np.stack([order, first], axis=1)[rank > 0], np.sort(order[rank < _CROWD])
 
 
-def _may_be_near(points: Floats, tolerance: float) -> Ints:
-    """Positions of the points that have another one within a tolerance, and of some more."""
-    along = points @ _DIRECTION
+def _may_be_near(along: Floats, tolerance: float) -> Ints:
+    """Positions of the numbers that have another one within a tolerance, and of some more."""
     lowest = along.min(initial=0)
     with np.errstate(divide="ignore", over="ignore"):
         scale = 2.0**63 / (along.max(initial=lowest) - lowest)
     if not 0 < scale < np.inf:
-        return np.arange(len(points))
+        return np.arange(len(along))
     order, ranked = _order(((along - lowest) * scale).astype(np.uint64))
-    gap = (2 * tolerance + 1e-15 * float(np.abs(along).max(initial=0))) * scale / 2.0 ** len(points).bit_length()
+    gap = (2 * tolerance + 1e-15 * float(np.abs(along).max(initial=0))) * scale / 2.0 ** len(along).bit_length()
     close = np.diff(ranked) <= np.uint64(min(gap + 2, 2.0**63))
     return order[np.append(close, False) | np.insert(close, 0, False)]

@@ -119,21 +119,23 @@ def weld(soup: Floats, precision: float, remarks: list[str]) -> tuple[Floats, In
     are not equal. The tolerance is bounded by the extent of the mesh and its median edge.
     """
     first, corners = distinct_points(soup)
+    distinct = soup[first]
     with np.errstate(invalid="ignore", over="ignore"):
-        points = soup[first].astype(np.float64)
-        low, high = points.min(axis=0), points.max(axis=0)  # nan or infinite if a coordinate is
+        points = distinct.astype(np.float64)
+        columns = points.T
+        low, high = np.array([[c.min(), c.max()] for c in columns]).T  # nan or infinite if a coordinate is
         extent, largest = float((high - low).max()), float(np.maximum(-low, high).max())
         step = 3 * max(1, len(corners) // (3 * _SAMPLE))
         edges = points[corners[1::step]] - points[corners[: len(corners) - 1 : step]]
         median = float(np.median(np.linalg.norm(edges, axis=1)))
         tolerance = min(precision * largest, _COARSEST * extent, _MEDIAN * median)
     if not (0 < tolerance < np.inf and np.isfinite(extent)):
-        return soup[first], corners
+        return distinct, corners
     group = first_nearby(points, tolerance)
     kept = group == np.arange(len(group))
     if kept.all():
-        return soup[first], corners
+        return distinct, corners
     gap = float(np.abs(points - points[group]).max())
     joined = counted(int(np.count_nonzero(~kept)), "position")
     remarks.append(f"joined {joined} with another one within {tolerance:.3g}, at most {gap:.3g} apart")
-    return soup[first[kept]], (np.cumsum(kept) - 1)[group[corners]]
+    return distinct[kept], (np.cumsum(kept) - 1)[group[corners]]

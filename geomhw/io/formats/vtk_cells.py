@@ -99,24 +99,25 @@ def surface(name: str, kind: str, data: Dataset) -> Result:
     corners = np.concatenate([cells.corners for cells in data.cells])
     sizes = np.concatenate([cells.sizes for cells in data.cells])
     types = np.concatenate([cells.types for cells in data.cells])
-    is_face = np.isin(types, (*_FACES, _PIXEL, STRIP))
-    others = {int(t): _NAMES.get(int(t), f"type {t}") for t in np.unique(types[~is_face])}
+    present = types[:1] if (types == types[:1]).all() else np.unique(types)
+    other = ~np.isin(present, (*_FACES, _PIXEL, STRIP))
+    others = {int(t): _NAMES.get(int(t), f"type {t}") for t in present[other]}
     names = ", ".join(dict.fromkeys(others.values()))
     refused = [label for t, label in others.items() if t not in _IGNORED]
-    if refused or (others.keys() & _VOLUMES and not is_face.any()):
+    if refused or (others.keys() & _VOLUMES and other.all()):
         raise FormatError(
             f"{name} holds {', '.join(refused) or names} cells"
             + ("" if refused else " and no faces")
             + "; a surface is "
             "made of triangles and polygons: extract it first"
         )
-    if not is_face.any():
+    if other.all():
         raise FormatError(f"{name} has no faces" + (f", only {names} cells" if others else ""))
     for key, array in data.cell_arrays.items():
-        if len(array) != len(is_face):
-            raise FormatError(f"{name}: array '{key}' has {len(array)} rows for {len(is_face)} cells")
+        if len(array) != len(types):
+            raise FormatError(f"{name}: array '{key}' has {len(array)} rows for {len(types)} cells")
     cells = np.arange(len(sizes))
-    if others or not np.isin(types, _FACES).all():
+    if others or not np.isin(present, _FACES).all():
         corners, sizes, cells = _faces(corners, sizes, types)
     content = Polygons(
         points=data.points.reshape(-1, 3),
