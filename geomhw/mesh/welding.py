@@ -2,9 +2,6 @@
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
-from scipy.spatial import cKDTree
 
 from geomhw.arrays import Floats, Ints
 
@@ -103,6 +100,10 @@ def first_nearby(points: Floats, tolerance: float) -> Ints:
         near = near[_may_be_near(points[near] @ direction, tolerance)]
     if len(near) < 2:
         return group
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+    from scipy.spatial import cKDTree
+
     links, few = _crowds(points[near], tolerance)
     pairs = few[cKDTree(points[near][few]).query_pairs(tolerance, output_type="ndarray")]
     links = np.concatenate([links, pairs])
