@@ -7,15 +7,16 @@ from typing import Any
 import click
 
 from geomhw.compare.rules import DOUBLE, HEAVIEST_SPOT, SINGLE
-from geomhw_cli.options import INPUT, OUTPUT, REPORT, OptionGroup, command, flag, option
+from geomhw_cli.options import FORMAT, INPUT, OUTPUT, REPORT, OptionGroup, command, flag, is_given, option
 from geomhw_cli.runtime.job import print_json
-from geomhw_cli.specs.files import require_writable
+from geomhw_cli.specs.files import STANDARD, input_as_file, require_writable
 from geomhw_cli.specs.numbers import Number
 
 TOLERANCE = Number(0, math.inf)
 
 
 @command(
+    OptionGroup("Input", FORMAT),
     OptionGroup(
         "Numbers",
         option(
@@ -56,7 +57,8 @@ def compare(
     """Compare the values in A and B.
 
     A and B are two meshes with arrays, of any formats, two time series (.pvd), tables (.csv), JSON documents, matrices
-    or arrays (.mtx .npz .npy), or pictures (.png).
+    or arrays (.mtx .npz .npy), or pictures (.png). One of them may be - (standard input); by default it has the format
+    of the other.
 
     Prints one line per array: same or different, its location, name and size, the largest deviation, its index
     (counted from 0), and the values in A and in B. An array that one file lacks is a difference.
@@ -90,11 +92,16 @@ def compare(
     """
     from geomhw.compare import Ignored, Tolerance, compare_files
 
-    if diff:
-        _check_diff(diff, one)
-    comparison = compare_files(one, other, Tolerance(rtol, atol), Ignored(ignore), spot, everything)
-    if diff:
-        _write_diff(diff, one, other, spot)
+    if one == other == STANDARD:
+        raise click.UsageError("A and B are both standard input; give one of them as a file.")
+    if STANDARD not in (one, other) and is_given("format"):
+        raise click.UsageError("--format is for - (standard input); the extensions of A and B name their formats.")
+    with input_as_file(one, other.suffix) as a, input_as_file(other, one.suffix) as b:
+        if diff:
+            _check_diff(diff, a)
+        comparison = compare_files(a, b, Tolerance(rtol, atol), Ignored(ignore), spot, everything)
+        if diff:
+            _write_diff(diff, a, b, spot)
     if report["as_json"] and not report["quiet"]:
         print_json(
             {

@@ -173,7 +173,7 @@ FORMAT = option(
     "--format",
     "FORMAT",
     FormatName(),
-    "Format of MESH where it is - (standard input) or has no known extension: off, obj, ply, stl, vtk ...",
+    "Format of - (standard input), or of a file without known extension: off, obj, ply, stl, vtk ...",
     expose_value=False,
     callback=set_format,
 )

@@ -2,8 +2,11 @@
 
 import os
 import sys
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
+from shutil import copyfileobj
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -155,6 +158,27 @@ def read_input(path: Path) -> "Result":
     if sys.stdin.isatty():
         raise ArgumentError("standard input is a terminal; give a file, or a mesh through a pipe")
     return read(sys.stdin.buffer, extension)
+
+
+@contextmanager
+def input_as_file(path: Path, extension: str) -> Iterator[Path]:
+    """Give a path, or a temporary file with what standard input holds, with ``--format`` or else this extension."""
+    from geomhw.errors import ArgumentError, GeomhwError
+
+    if path != STANDARD:
+        yield path
+        return
+    if sys.stdin.isatty():
+        raise ArgumentError("standard input is a terminal; give a file, or one through a pipe")
+    suffix = click.get_current_context().meta.get(_FORMAT, extension)
+    with TemporaryDirectory(prefix="geomhw-") as folder:
+        copy = Path(folder) / f"stdin{suffix}"
+        with copy.open("wb") as file:
+            copyfileobj(sys.stdin.buffer, file)
+        try:
+            yield copy
+        except GeomhwError as error:
+            raise type(error)(str(error).replace(str(copy), "standard input")) from error
 
 
 def write_outputs(result: "Result", paths: Sequence[Path]) -> None:

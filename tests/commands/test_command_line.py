@@ -4,11 +4,9 @@ import json
 from pathlib import Path
 
 import pytest
-from click.testing import CliRunner, Result
 
 from geomhw.io.artifacts.series import read_series
 from geomhw.mesh.primitives import icosphere
-from geomhw_cli.main import program
 from support.program import contents, files, run, save_off
 
 SHORT = ("--dt", "0.01", "--steps", "4", "--every", "2", "-q")
@@ -120,30 +118,25 @@ def test_frames_of_a_longer_run(folder: Path) -> None:
     assert contents(folder)["r.99999.vtp"] == b"mine"
 
 
-def through(text: bytes, *arguments: str) -> Result:
-    """Run the program with bytes at standard input."""
-    return CliRunner().invoke(program, arguments, input=text)
-
-
 def test_standard_input_and_output() -> None:
     """``-`` is a stream whose format ``--format`` names; the report goes to stderr; default names start with stdin."""
     mesh = Path("ball.off").read_bytes()
-    assert json.loads(through(mesh, "info", "-", "--format", "off", "--json").stdout)["mesh"]["vertices"] == 42
+    assert json.loads(run("info", "-", "--format", "off", "--json", stdin=mesh).stdout)["mesh"]["vertices"] == 42
     run("geodesic", "ball.off", "-o", "file.ply", "-q")
-    answer = through(mesh, "geodesic", "-", "--format", "off", "-o", "-", "--output-format", "ply", "-o", "both.ply")
+    answer = run("geodesic", "-", "--format", "off", "-o", "-", "--output-format", "ply", "-o", "both.ply", stdin=mesh)
     assert answer.stdout_bytes == Path("file.ply").read_bytes() == Path("both.ply").read_bytes()
     assert "wrote     -\n" in answer.stderr
     answer = run("repair", "ball.off", "-o", "-", "--format", "vtu", "--json")
     assert answer.stdout_bytes.startswith(b"<?xml")
     assert json.loads(answer.stderr)["files"] == ["-"]
-    assert through(mesh, "vecdiffuse", "-", "--format", "OFF", "--no-png", "-q").exit_code == 0
+    assert run("vecdiffuse", "-", "--format", "OFF", "--no-png", "-q", stdin=mesh).exit_code == 0
     assert Path("stdin.vecdiffuse.vtk").exists()
     Path("ball.off").rename("ball.dat")
     assert run("operators", "ball.dat", "--format", ".off", "--gradient", "-o", "G.npz").exit_code == 0
     with_meshio = (
         b"MeshVersionFormatted 2\nDimension 3\nVertices\n3\n0 0 0 0\n1 0 0 0\n0 1 0 0\nTriangles\n1\n1 2 3 0\nEnd\n"
     )
-    assert through(with_meshio, "info", "-", "--format", "mesh").exit_code == 0
+    assert run("info", "-", "--format", "mesh", stdin=with_meshio).exit_code == 0
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,7 @@
 
 import json
 import shutil
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -67,3 +68,21 @@ def test_same_bytes_elsewhere(folder):
     write(arrays_on(BALL), "m.vtk")
     shutil.copy("m.vtk", "golden/m.vtk")
     assert run("compare", "golden/m.vtk", "m.vtk").exit_code == 0
+
+
+def test_standard_input():
+    """``-`` is compared in the format of the other file, or the one that ``--format`` names; messages name it."""
+    result = arrays_on(BALL)
+    for name in ("a.vtp", "a.ply"):
+        write(result, name)
+    data = Path("a.vtp").read_bytes()
+    assert run("compare", "-", "a.vtp", stdin=data).exit_code == 0
+    assert run("compare", "a.ply", "-", "--format", "vtp", stdin=data).exit_code == 0
+    answer = run("compare", "a.ply", "-", stdin=data)
+    assert answer.exit_code == 2
+    assert "standard input" in answer.stderr
+    assert "/stdin" not in answer.stderr
+    write(planted(result, "wind", (9, 2), 5.0), "b.vtp")
+    assert run("compare", "b.vtp", "-", stdin=data).exit_code == 1
+    assert run("compare", "-", "-", stdin=data).exit_code == 2
+    assert run("compare", "a.vtp", "a.ply", "--format", "vtp").exit_code == 2

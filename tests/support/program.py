@@ -11,9 +11,9 @@ from geomhw_cli.main import program
 from support.messages import missing
 
 
-def run(*arguments: str | Path) -> Result:
+def run(*arguments: str | Path, stdin: bytes | None = None) -> Result:
     """Run the program and return its answer; exceptions other than a clean exit are raised."""
-    answer = CliRunner().invoke(program, [str(argument) for argument in arguments])
+    answer = CliRunner().invoke(program, [str(argument) for argument in arguments], input=stdin)
     if answer.exception is not None and not isinstance(answer.exception, SystemExit):
         raise answer.exception
     return answer
