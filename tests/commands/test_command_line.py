@@ -157,7 +157,7 @@ def test_standard_input_and_output() -> None:
 )
 def test_streams_that_are_refused(line: str, words: str) -> None:
     """A stream without a format, or one that cannot be read or written, is refused, and nothing is written."""
-    answer = through(b"", *line.split())
+    answer = run(*line.split(), stdin=b"")
     assert answer.exit_code == (1 if words == "standard input" else 2)
     assert words in answer.stderr
     assert answer.stdout == ""
