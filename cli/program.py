@@ -21,6 +21,7 @@ from geomhw_cli.operators import operators
 from geomhw_cli.repair import repair
 from geomhw_cli.runtime import interrupts
 from geomhw_cli.vecdiffuse import vecdiffuse
+from geomhw_cli.view import view
 
 #: Environment variables from which linear algebra libraries read their number of threads when they are loaded.
 BLAS_THREADS = [f"{name}_NUM_THREADS" for name in ("OPENBLAS", "MKL", "BLIS", "OMP")] + ["VECLIB_MAXIMUM_THREADS"]
@@ -107,7 +108,7 @@ def program() -> None:
     """
 
 
-for command in (advect, compare, fluid, geodesic, helmholtz, info, operators, repair, vecdiffuse):
+for command in (advect, compare, fluid, geodesic, helmholtz, info, operators, repair, vecdiffuse, view):
     program.add_command(command)
 
 

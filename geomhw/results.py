@@ -12,6 +12,9 @@ from geomhw.mesh.surface_points import SurfacePoints
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.options import Location
 
+#: Fields that answer the question of a command; viewers show them first.
+_ANSWERS = ("distance", "color", "transported", "direction", "velocity")
+
 
 @dataclass(frozen=True, repr=False)
 class Field:
@@ -179,6 +182,11 @@ class Cloud:
     def __getitem__(self, name: str) -> Floats | Ints:
         """Return the values of the field with that name; raise KeyError with the existing names."""
         return _named(self.fields, name)
+
+
+def answer_rank(name: str) -> int:
+    """Return the rank of a field among those of a result: 0 for the one that viewers show first."""
+    return _ANSWERS.index(name) if name in _ANSWERS else len(_ANSWERS)
 
 
 def _named(fields: Sequence[Field], name: str) -> Floats | Ints:

@@ -36,7 +36,7 @@ ALLOWED |= {
 }
 #: Libraries that one room keeps to itself.
 PRIVATE = {
-    "pyvista": {"results"},
+    "pyvista": {"results", "render"},
     "vtkmodules": {"render"},
     "vtk": {"render"},
     "click": {"cli"},

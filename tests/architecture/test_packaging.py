@@ -33,8 +33,9 @@ def test_wheel_holds_every_module(wheel: list[str]) -> None:
     """The wheel holds each module of both packages under its installed name, and nothing else."""
     library = {str(p.relative_to(ROOT)) for p in (ROOT / "geomhw").rglob("*.py*") if p.suffix in (".py", ".pyi")}
     commands = {f"geomhw_cli/{p.relative_to(ROOT / 'cli')}" for p in (ROOT / "cli").rglob("*.py")}
+    viewer = {str(p.relative_to(ROOT)) for p in (ROOT / "geomhw/render/viewer").iterdir()}
     inside = {name for name in wheel if ".dist-info/" not in name}
-    assert inside == library | commands | {"geomhw/py.typed"}
+    assert inside == library | commands | viewer | {"geomhw/py.typed"}
 
 
 def test_console_script() -> None:

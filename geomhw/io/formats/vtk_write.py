@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geomhw.options import Location
-from geomhw.results import Cloud, Result
+from geomhw.results import Cloud, Result, answer_rank
 
 _TYPES = {"i1": "char", "u1": "unsigned_char", "i2": "short", "u2": "unsigned_short", "i4": "int"}
 _TYPES |= {"u4": "unsigned_int", "i8": "vtktypeint64", "u8": "vtktypeuint64", "f4": "float", "f8": "double"}
@@ -21,8 +21,6 @@ _TYPES |= {"u4": "unsigned_int", "i8": "vtktypeint64", "u8": "vtktypeuint64", "f
 TRIANGLE = 5
 #: Rows written at a time.
 _ROWS = 1 << 13
-#: Fields that answer the question of a command; viewers show them first.
-_ANSWERS = ("distance", "color", "transported", "direction", "velocity")
 _Array = tuple[str, NDArray[Any]]
 
 
@@ -48,7 +46,7 @@ def arrays_at(result: Result | Cloud, location: Location) -> list[_Array]:
 
 def active_arrays(arrays: Sequence[_Array]) -> tuple[_Array | None, _Array | None]:
     """Return the scalar and the vector that viewers show first: by name, else the first of each; RGB is a scalar."""
-    ranked = sorted(arrays, key=lambda array: _ANSWERS.index(array[0]) if array[0] in _ANSWERS else len(_ANSWERS))
+    ranked = sorted(arrays, key=lambda array: answer_rank(array[0]))
     scalar = next((array for array in ranked if array[1].ndim == 1 or array[0] == "color"), None)
     vectors = (array for array in ranked if array[1].shape[1:] == (3,) and array[1].dtype.kind == "f")
     return scalar, next((array for array in vectors if array is not scalar), None)
