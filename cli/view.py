@@ -42,7 +42,8 @@ def view(
     Examples:
       geomhw geodesic data/creature.obj -o creature.vtp
       geomhw view creature.vtp --array distance -o creature.html
-      geomhw view moomoo.advect.pvd -o moomoo.html
+      geomhw advect data/torus.off --steps 20 --every 2 -o torus.pvd
+      geomhw view torus.pvd -o torus.html
     """
     from geomhw.errors import FieldError
     from geomhw.io import read_cloud, replacing
