@@ -12,15 +12,13 @@ from scipy.sparse import csr_array
 
 from geomhw.arrays import Floats, Ints
 from geomhw.errors import ArgumentError
-from geomhw.geodesic.front import Front, empty_front, reached, reset, start, with_more_room
+from geomhw.geodesic.distance_matrix import distance_matrix
+from geomhw.geodesic.front import Extent, Front, empty_front, reached, start, with_more_room
 from geomhw.geodesic.unfolded_faces import surface_of
 from geomhw.geodesic.window_propagation import propagate
 from geomhw.mesh.surface_points import SurfacePoints, vertex_points
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.results import Field, Result
-
-#: Sources of a task of a thread.
-TASK = 64
 
 
 @dataclass(frozen=True)
@@ -84,6 +82,7 @@ class ExactDistance:
         self._face_of = np.arange(mesh.n_faces)
         self._face_of[mesh.duplicate_faces[:, 0]] = mesh.duplicate_faces[:, 1]
         self._surface = surface_of(mesh, self._face_of == np.arange(mesh.n_faces))
+        self._heights = np.zeros(mesh.n_vertices)
 
     def from_vertices(
         self, sources: Sequence[int] | Ints, limit: float = inf, targets: Sequence[int] | Ints = ()
@@ -177,15 +176,7 @@ class ExactDistance:
         >>> near.nnz, near[4, 1]
         (33, np.float64(0.5))
         """
-        n, limit = self.mesh.n_vertices, _checked(limit)
-        used = np.setdiff1d(np.arange(n), self.mesh.unreferenced_vertices)
-        tasks = [used[start : start + TASK] for start in range(0, len(used), TASK)]
-        with ThreadPoolExecutor(cpu_count()) as threads:
-            upper = [row for task in threads.map(lambda task: self._upper_rows(task, limit), tasks) for row in task]
-        counts = np.zeros(n + 1, dtype=np.int64)
-        counts[used + 1] = [len(columns) for columns, _ in upper]
-        columns, values = (np.concatenate(parts) for parts in zip(*upper, strict=True))
-        return _mirrored(csr_array((values, columns, np.cumsum(counts)), shape=(n, n)))
+        return distance_matrix(self.mesh, self._surface, _checked(limit))
 
     def settings(self) -> dict[str, Any]:
         """Return how distances are computed, as plain values for a report."""
@@ -195,21 +186,10 @@ class ExactDistance:
         self, front: Front, places: Floats, faces: Ints, limit: float, targets: Ints
     ) -> tuple[Front, float]:
         """Propagate a front with sources at places within faces; return it, and the radius of final distances."""
-        while (radius := propagate(self._surface, front, places, faces, limit, targets)) < 0:
+        extent = Extent(limit, 0.0, self._heights)
+        while (radius := propagate(self._surface, front, places, faces, extent, targets)) < 0:
             front = with_more_room(front)
         return front, radius
-
-    def _upper_rows(self, vertices: Ints, limit: float) -> list[tuple[Ints, Floats]]:
-        """Vertices from each of these on within the limit, ascending, and their distances."""
-        front, none, no_places, rows = empty_front(self._surface), vertices[:0], np.empty((0, 3)), []
-        for k, v in enumerate(vertices.tolist()):
-            start(front, vertices[k : k + 1], 0)
-            front, _ = self._propagated(front, no_places, none, limit, none)
-            columns = reached(front)
-            columns = np.sort(columns[columns >= v])
-            rows.append((columns, front.distance[columns]))
-            reset(front)
-        return rows
 
 
 def _checked(limit: float) -> float:
@@ -217,15 +197,3 @@ def _checked(limit: float) -> float:
     if not limit >= 0:
         raise ArgumentError(f"the limit of distances is a length, 0 or more, not {limit}")
     return float(limit)
-
-
-def _mirrored(upper: csr_array) -> csr_array:
-    """Return a symmetric matrix from its upper triangle with the diagonal; stored zeros stay."""
-    lower, n = upper.tocsc(), upper.shape[0]
-    rows, columns = np.repeat(np.arange(n), np.diff(upper.indptr)), np.repeat(np.arange(n), np.diff(lower.indptr))
-    below = lower.indices < columns
-    row = np.concatenate([columns[below], rows])
-    order = np.argsort(row, kind="stable")
-    indices = np.concatenate([lower.indices[below], upper.indices])[order]
-    values = np.concatenate([lower.data[below], upper.data])[order]
-    return csr_array((values, indices, np.append(0, np.cumsum(np.bincount(row, minlength=n)))), shape=(n, n))
