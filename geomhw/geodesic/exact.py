@@ -13,9 +13,9 @@ from scipy.sparse import csr_array
 from geomhw.arrays import Floats, Ints
 from geomhw.errors import ArgumentError
 from geomhw.geodesic.distance_matrix import distance_matrix
-from geomhw.geodesic.front import Extent, Front, empty_front, reached, start, with_more_room
+from geomhw.geodesic.front import ROOM, Extent, Front, empty_front, reached, start, with_more_room
 from geomhw.geodesic.unfolded_faces import surface_of
-from geomhw.geodesic.window_propagation import propagate
+from geomhw.geodesic.window_propagation import propagate, start_from_edges
 from geomhw.mesh.surface_points import SurfacePoints, vertex_points
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.results import Field, Result
@@ -30,8 +30,9 @@ class Arrivals:
     distance : (n,) array
         Distance from the nearest source; inf where there is no path, or beyond the limit or the targets.
     origin : (n,) integer array
-        The vertex at which the last straight line of the shortest path starts, or -1-k for source k of those within
-        faces. Source vertices are their own origin, and vertices at distance inf.
+        The vertex at which the last straight line of the shortest path starts, or -1-i for source i of the k within
+        faces, or -1-k-h if it starts perpendicular to an edge of a filled region, the side h = 3f+c of face f opposite
+        its corner c. Source vertices are their own origin, and vertices at distance inf.
     halfedge : (n,) integer array
         3f+k where the line arrives through face f, over the edge opposite its corner k; -1 where it stays in a face of
         its origin.
@@ -135,6 +136,10 @@ class ExactDistance:
         points = sources.within_faces
         front = empty_front(self._surface, len(points))
         start(front, sources.vertices, len(points))
+        if len(halfedges := self._filled_sides(sources.filled_vertices)):
+            while len(front.windows) < 2 * len(halfedges) + ROOM:
+                front = with_more_room(front)
+            start_from_edges(self._surface, front, halfedges, len(points))
         places, faces = points.positions(self.mesh), self._face_of[points.faces]
         front, radius = self._propagated(front, places, faces, _checked(limit), wanted)
         vertices = np.sort(reached(front))
@@ -181,6 +186,16 @@ class ExactDistance:
     def settings(self) -> dict[str, Any]:
         """Return how distances are computed, as plain values for a report."""
         return {"method": "exact"}
+
+    def _filled_sides(self, vertices: Ints) -> Ints:
+        """Halfedges with both ends, but not the whole face, among the vertices of filled regions."""
+        if not len(vertices):
+            return vertices
+        inside = np.zeros(self.mesh.n_vertices, dtype=bool)
+        inside[vertices] = True
+        corners = inside[self.mesh.faces]
+        beside = (corners.sum(axis=1) == 2) & (self._face_of == np.arange(self.mesh.n_faces))
+        return np.flatnonzero(beside[:, None] & ~corners)
 
     def _propagated(
         self, front: Front, places: Floats, faces: Ints, limit: float, targets: Ints

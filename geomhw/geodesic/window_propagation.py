@@ -19,7 +19,7 @@ from geomhw.compiled import compiled_in_place, compiled_inline
 from geomhw.geodesic.front import WAITING, Extent, Front, limit_at, limit_on_edge, pop, push, touch
 from geomhw.geodesic.unfolded_faces import CONVEX, Surface, angle, ends, next_corner, total_angle, triangle
 from geomhw.geodesic.window_images import above_line, continues, crossing_to, images
-from geomhw.geodesic.windows import IN_USE, TIE, allocate, insert, length_to, release, trim
+from geomhw.geodesic.windows import IN_USE, TIE, allocate, insert, least_length, length_to, release, trim
 
 #: From this number of events of one halfedge on, its windows stay in the list after they have crossed. A window that
 #: returns there, for example round faces of zero area, is then no shorter than those in the list and ends.
@@ -56,6 +56,26 @@ def propagate(surface: Surface, front: Front, places: Floats, faces: Ints, withi
                 x, y, z = places[i]
                 _emit(surface, front, 3 * np.int64(faces[i]) + k, x, y, z, 0.0, -1 - i, within)
     return within.limit
+
+
+@compiled_in_place
+def start_from_edges(surface: Surface, front: Front, halfedges: Ints, k: int) -> None:
+    """Add the edges of halfedges, of length above zero, as sources: lines perpendicular to them cross their faces.
+
+    k: number of source points. The origin of the lines from halfedge h is -1-k-h.
+    """
+    for h in halfedges:
+        low, high = ends(surface, h)
+        (px, py, pz), (qx, qy, qz) = surface.points[low], surface.points[high]
+        base = sqrt((px - qx) ** 2 + (py - qy) ** 2 + (pz - qz) ** 2)
+        if base > 0:
+            i = allocate(front.windows, front.counts, 0)
+            w = front.windows[i]
+            w.left, w.right, w.x, w.y, w.offset = 0.0, base, 0.0, -1.0, 0.0
+            w.next, w.origin, w.passed = 0, -1 - k - h, 0
+            touch(front, h)
+            front.waiting[h] = i
+            push(front, h, 0.0)
 
 
 @compiled_in_place
@@ -157,7 +177,7 @@ def _cross_face(surface: Surface, front: Front, h: int, within: Extent) -> None:
             w.right, w.next = windows[j].right, windows[j].next
             release(windows, front.counts, j)
         w.split = crossing_to(w.x, w.y, x, y)
-        if not w.passed and w.offset + sqrt((x - w.x) ** 2 + (y + w.y) ** 2) < front.distance[face.apex]:
+        if not w.passed and least_length(w, x, y) < front.distance[face.apex]:
             t = min(max(w.split, w.left), w.right)
             d = length_to(w, t) + sqrt((x - t) ** 2 + y * y)
             _reach(surface, front, face.apex, d, w.origin, h, t, within)
