@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -40,10 +40,14 @@ _ONE = re.compile(
 
 @dataclass(frozen=True)
 class Spec:
-    """One source spec: its parts by name, and for messages its file and line, or "" on the command line."""
+    """One source spec: its parts by name, and for messages its file and line, or "" on the command line.
+
+    filled: whether its vertices belong to a filled region.
+    """
 
     parts: Mapping[str, str | None]
     origin: str = ""
+    filled: bool = False
 
     def resolve(self, mesh: "TriangleMesh") -> "SurfacePoints":
         """Find the points on a mesh. Raises FieldError if there are none."""
@@ -54,7 +58,8 @@ class Spec:
         first, face, weights, near, axis = (self.parts[name] for name in ("first", "face", "weights", "near", "axis"))
         try:
             if first is not None:
-                return surface_points.vertex_range(mesh, int(first), int(self.parts["last"] or first))
+                points = surface_points.vertex_range(mesh, int(first), int(self.parts["last"] or first))
+                return surface_points.region_points(mesh, points.vertices) if self.filled else points
             if face is not None:
                 return surface_points.face_point(mesh, int(face), _triple(weights) if weights else None)
             if near is not None:
@@ -86,7 +91,8 @@ class SourceSpecs:
         for text in map(str.strip, texts):
             if text.startswith("@"):
                 add_input(Path(text[1:]))
-                specs += [spec for line in source_lines(Path(text[1:])) for spec in line.specs]
+                lines = source_lines(Path(text[1:]))
+                specs += [replace(spec, filled=True) for line in lines for spec in line.specs]
                 continue
             try:
                 if "=" in text:
@@ -198,7 +204,7 @@ def _region(mesh: "TriangleMesh", field: str, value: str) -> "SurfacePoints":
     import numpy as np
 
     from geomhw.io import read_field
-    from geomhw.mesh.surface_points import vertex_points
+    from geomhw.mesh.surface_points import region_points
 
     array = read_field(field, mesh)
     inside = np.asarray(array.values) == float(value)
@@ -208,7 +214,7 @@ def _region(mesh: "TriangleMesh", field: str, value: str) -> "SurfacePoints":
     vertices = np.setdiff1d(vertices, mesh.unreferenced_vertices)
     if not len(vertices):
         raise FieldError(f"{field} is {value} at no vertex of the surface")
-    return vertex_points(mesh, vertices)
+    return region_points(mesh, vertices)
 
 
 def _near_remarks(mesh: "TriangleMesh", specs: Sequence[Spec], parts: Sequence["SurfacePoints"]) -> list[str]:

@@ -12,15 +12,13 @@ from scipy.sparse import csr_array
 
 from geomhw.arrays import Floats, Ints
 from geomhw.errors import ArgumentError
-from geomhw.geodesic.front import Front, empty_front, reached, reset, start, with_more_room
+from geomhw.geodesic.distance_matrix import distance_matrix
+from geomhw.geodesic.front import ROOM, Extent, Front, empty_front, reached, start, with_more_room
 from geomhw.geodesic.unfolded_faces import surface_of
-from geomhw.geodesic.window_propagation import propagate
+from geomhw.geodesic.window_propagation import propagate, start_from_edges
 from geomhw.mesh.surface_points import SurfacePoints, vertex_points
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.results import Field, Result
-
-#: Sources of a task of a thread.
-TASK = 64
 
 
 @dataclass(frozen=True)
@@ -32,8 +30,9 @@ class Arrivals:
     distance : (n,) array
         Distance from the nearest source; inf where there is no path, or beyond the limit or the targets.
     origin : (n,) integer array
-        The vertex at which the last straight line of the shortest path starts, or -1-k for source k of those within
-        faces. Source vertices are their own origin, and vertices at distance inf.
+        The vertex at which the last straight line of the shortest path starts, or -1-i for source i of the k within
+        faces, or -1-k-h if it starts perpendicular to an edge of a filled region, the side h = 3f+c of face f opposite
+        its corner c. Source vertices are their own origin, and vertices at distance inf.
     halfedge : (n,) integer array
         3f+k where the line arrives through face f, over the edge opposite its corner k; -1 where it stays in a face of
         its origin.
@@ -84,6 +83,7 @@ class ExactDistance:
         self._face_of = np.arange(mesh.n_faces)
         self._face_of[mesh.duplicate_faces[:, 0]] = mesh.duplicate_faces[:, 1]
         self._surface = surface_of(mesh, self._face_of == np.arange(mesh.n_faces))
+        self._heights = np.zeros(mesh.n_vertices)
 
     def from_vertices(
         self, sources: Sequence[int] | Ints, limit: float = inf, targets: Sequence[int] | Ints = ()
@@ -136,6 +136,10 @@ class ExactDistance:
         points = sources.within_faces
         front = empty_front(self._surface, len(points))
         start(front, sources.vertices, len(points))
+        if len(halfedges := self._filled_sides(sources.filled_vertices)):
+            while len(front.windows) < 2 * len(halfedges) + ROOM:
+                front = with_more_room(front)
+            start_from_edges(self._surface, front, halfedges, len(points))
         places, faces = points.positions(self.mesh), self._face_of[points.faces]
         front, radius = self._propagated(front, places, faces, _checked(limit), wanted)
         vertices = np.sort(reached(front))
@@ -177,39 +181,30 @@ class ExactDistance:
         >>> near.nnz, near[4, 1]
         (33, np.float64(0.5))
         """
-        n, limit = self.mesh.n_vertices, _checked(limit)
-        used = np.setdiff1d(np.arange(n), self.mesh.unreferenced_vertices)
-        tasks = [used[start : start + TASK] for start in range(0, len(used), TASK)]
-        with ThreadPoolExecutor(cpu_count()) as threads:
-            upper = [row for task in threads.map(lambda task: self._upper_rows(task, limit), tasks) for row in task]
-        counts = np.zeros(n + 1, dtype=np.int64)
-        counts[used + 1] = [len(columns) for columns, _ in upper]
-        columns, values = (np.concatenate(parts) for parts in zip(*upper, strict=True))
-        return _mirrored(csr_array((values, columns, np.cumsum(counts)), shape=(n, n)))
+        return distance_matrix(self.mesh, self._surface, _checked(limit))
 
     def settings(self) -> dict[str, Any]:
         """Return how distances are computed, as plain values for a report."""
         return {"method": "exact"}
 
+    def _filled_sides(self, vertices: Ints) -> Ints:
+        """Halfedges with both ends, but not the whole face, among the vertices of filled regions."""
+        if not len(vertices):
+            return vertices
+        inside = np.zeros(self.mesh.n_vertices, dtype=bool)
+        inside[vertices] = True
+        corners = inside[self.mesh.faces]
+        beside = (corners.sum(axis=1) == 2) & (self._face_of == np.arange(self.mesh.n_faces))
+        return np.flatnonzero(beside[:, None] & ~corners)
+
     def _propagated(
         self, front: Front, places: Floats, faces: Ints, limit: float, targets: Ints
     ) -> tuple[Front, float]:
         """Propagate a front with sources at places within faces; return it, and the radius of final distances."""
-        while (radius := propagate(self._surface, front, places, faces, limit, targets)) < 0:
+        extent = Extent(limit, 0.0, self._heights)
+        while (radius := propagate(self._surface, front, places, faces, extent, targets)) < 0:
             front = with_more_room(front)
         return front, radius
-
-    def _upper_rows(self, vertices: Ints, limit: float) -> list[tuple[Ints, Floats]]:
-        """Vertices from each of these on within the limit, ascending, and their distances."""
-        front, none, no_places, rows = empty_front(self._surface), vertices[:0], np.empty((0, 3)), []
-        for k, v in enumerate(vertices.tolist()):
-            start(front, vertices[k : k + 1], 0)
-            front, _ = self._propagated(front, no_places, none, limit, none)
-            columns = reached(front)
-            columns = np.sort(columns[columns >= v])
-            rows.append((columns, front.distance[columns]))
-            reset(front)
-        return rows
 
 
 def _checked(limit: float) -> float:
@@ -217,15 +212,3 @@ def _checked(limit: float) -> float:
     if not limit >= 0:
         raise ArgumentError(f"the limit of distances is a length, 0 or more, not {limit}")
     return float(limit)
-
-
-def _mirrored(upper: csr_array) -> csr_array:
-    """Return a symmetric matrix from its upper triangle with the diagonal; stored zeros stay."""
-    lower, n = upper.tocsc(), upper.shape[0]
-    rows, columns = np.repeat(np.arange(n), np.diff(upper.indptr)), np.repeat(np.arange(n), np.diff(lower.indptr))
-    below = lower.indices < columns
-    row = np.concatenate([columns[below], rows])
-    order = np.argsort(row, kind="stable")
-    indices = np.concatenate([lower.indices[below], upper.indices])[order]
-    values = np.concatenate([lower.data[below], upper.data])[order]
-    return csr_array((values, indices, np.append(0, np.cumsum(np.bincount(row, minlength=n)))), shape=(n, n))

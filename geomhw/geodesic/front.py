@@ -39,6 +39,30 @@ class Front(NamedTuple):
     touched: Ints
 
 
+class Extent(NamedTuple):
+    """Where distances are wanted: at most a limit, and at vertices of at least some height.
+
+    heights: (n,), of a function that differs between two points of the surface by at most their distance.
+    """
+
+    limit: float
+    height: float
+    heights: Floats
+
+
+@compiled_in_place
+def limit_at(extent: Extent, v: int) -> float:
+    """Largest length at a vertex of paths that may continue to a wanted place."""
+    return extent.limit - max(extent.height - extent.heights[v], 0.0)
+
+
+@compiled_in_place
+def limit_on_edge(extent: Extent, low: int, high: int, base: float) -> float:
+    """Largest length at an edge of paths that may continue to a wanted place."""
+    highest = (extent.heights[low] + extent.heights[high] + base) / 2
+    return extent.limit - max(extent.height - highest, 0.0)
+
+
 def empty_front(surface: Surface, k: int = 0) -> Front:
     """Return a front without sources, with room for k source points. Most memory is used only once it is written to."""
     n, h = len(surface.points), surface.faces.size

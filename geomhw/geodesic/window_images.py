@@ -27,25 +27,35 @@ def images(
     first = last = 0
     while i > 0:
         w = windows[i]
-        left, right, x, y, split = w.left, w.right, w.x, w.y, w.split
+        left, right, x, y, split, offset = w.left, w.right, w.x, w.y, w.split, w.offset
+        parallel = y < 0
         if mirrored:
-            left, right, x, split = base - right, base - left, base - x, base - split
+            left, right, split = base - right, base - left, base - split
+            x, offset = (-x, offset + base * x) if parallel else (base - x, offset)
         if not w.passed and (left < split or y == 0):
-            foot = x * cos - y * sin
-            height = above_line(x * sin + y * cos, foot, side)
-            if y > 0:
+            foot, height = x * cos - y * sin, x * sin + y * cos
+            if not parallel:
+                height = above_line(height, foot, side)
+            if parallel and height > -ON_LINE:
+                low = high = 0.0
+            elif parallel:
+                low = _image(left, -y, -height, 0.0, side)
+                high = side if right >= split else _image(right, -y, -height, 0.0, side)
+            elif y > 0:
                 low = _image(left, y, height, sin, side)
                 high = side if right >= split else _image(right, y, height, sin, side)
             elif cos > 0 and side * sin <= ON_LINE * base:  # point, base and side are on one line
                 low, high = min(left, side), min(right, side)
             else:  # all lines pass x
                 low, high = 0.0, side if left - ON_LINE * base <= x <= right + ON_LINE * base else 0.0
-            if low < high and (height > 0 or 0 < foot < side):
+            if low < high and (height != 0 or 0 < foot < side):
                 j = allocate(windows, counts, i)
                 if flipped:
-                    low, high, foot = side - high, side - low, side - foot
+                    low, high = side - high, side - low
+                    foot, offset = (-foot, offset + side * foot) if parallel else (side - foot, offset)
                 child = windows[j]
                 child.left, child.right, child.x, child.y, child.next = low, high, foot, height, 0
+                child.offset = offset
                 if first == 0:
                     first = j
                 elif flipped != mirrored:
@@ -67,7 +77,9 @@ def _image(t: float, y: float, height: float, sin: float, side: float) -> float:
 
 @compiled_in_place
 def crossing_to(x: float, y: float, apex_x: float, apex_y: float) -> float:
-    """Place where the line from (x, -y) to the apex crosses the base."""
+    """Place where the line from (x, -y), or the parallel line, to the apex crosses the base."""
+    if y < 0:
+        return apex_x + apex_y * x / y
     return x + (apex_x - x) * y / (y + apex_y) if y + apex_y > 0 else apex_x
 
 

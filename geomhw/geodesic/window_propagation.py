@@ -16,10 +16,10 @@ import numpy as np
 
 from geomhw.arrays import Floats, Ints
 from geomhw.compiled import compiled_in_place, compiled_inline
-from geomhw.geodesic.front import WAITING, Front, pop, push, touch
+from geomhw.geodesic.front import WAITING, Extent, Front, limit_at, limit_on_edge, pop, push, touch
 from geomhw.geodesic.unfolded_faces import CONVEX, Surface, angle, ends, next_corner, total_angle, triangle
 from geomhw.geodesic.window_images import above_line, continues, crossing_to, images
-from geomhw.geodesic.windows import IN_USE, TIE, allocate, insert, length_to, release, trim
+from geomhw.geodesic.windows import IN_USE, TIE, allocate, insert, least_length, length_to, release, trim
 
 #: From this number of events of one halfedge on, its windows stay in the list after they have crossed. A window that
 #: returns there, for example round faces of zero area, is then no shorter than those in the list and ends.
@@ -32,7 +32,7 @@ SLACK = 1e-6
 
 
 @compiled_in_place
-def propagate(surface: Surface, front: Front, places: Floats, faces: Ints, limit: float, targets: Ints) -> float:
+def propagate(surface: Surface, front: Front, places: Floats, faces: Ints, within: Extent, targets: Ints) -> float:
     """Process events up to the limit or until all targets are final; return the radius of final distances.
 
     Return -1 if more room for windows is needed before the next call. places, faces: (k, 3) and (k,), source points.
@@ -50,15 +50,35 @@ def propagate(surface: Surface, front: Front, places: Floats, faces: Ints, limit
             return -1.0
         pop(front)
         if item < h:
-            _cross_face(surface, front, item, limit)
+            _cross_face(surface, front, item, within)
         elif item < h + n:
-            _turn(surface, front, item - h, limit)
+            _turn(surface, front, item - h, within)
         else:
             i = item - h - n
             for k in range(3):
                 x, y, z = places[i]
-                _emit(surface, front, 3 * np.int64(faces[i]) + k, x, y, z, 0.0, -1 - i, limit)
-    return limit
+                _emit(surface, front, 3 * np.int64(faces[i]) + k, x, y, z, 0.0, -1 - i, within)
+    return within.limit
+
+
+@compiled_in_place
+def start_from_edges(surface: Surface, front: Front, halfedges: Ints, k: int) -> None:
+    """Add the edges of halfedges, of length above zero, as sources: lines perpendicular to them cross their faces.
+
+    k: number of source points. The origin of the lines from halfedge h is -1-k-h.
+    """
+    for h in halfedges:
+        low, high = ends(surface, h)
+        (px, py, pz), (qx, qy, qz) = surface.points[low], surface.points[high]
+        base = sqrt((px - qx) ** 2 + (py - qy) ** 2 + (pz - qz) ** 2)
+        if base > 0:
+            i = allocate(front.windows, front.counts, 0)
+            w = front.windows[i]
+            w.left, w.right, w.x, w.y, w.offset = 0.0, base, 0.0, -1.0, 0.0
+            w.next, w.origin, w.passed = 0, -1 - k - h, 0
+            touch(front, h)
+            front.waiting[h] = i
+            push(front, h, 0.0)
 
 
 @compiled_in_place
@@ -87,7 +107,7 @@ def _copies(surface: Surface, h: int) -> int:
 
 
 @compiled_inline
-def _turn(surface: Surface, front: Front, v: int, limit: float) -> None:
+def _turn(surface: Surface, front: Front, v: int, within: Extent) -> None:
     """Send windows from a vertex into its faces in which a shortest path may continue.
 
     The path makes an angle of at least π on both sides with the straight line by which it arrives.
@@ -96,13 +116,13 @@ def _turn(surface: Surface, front: Front, v: int, limit: float) -> None:
     is_source = front.origin[v] == v or (front.origin[v] < 0 and front.halfedge[v] < 0)
     if is_source or total == inf:
         for k in range(surface.starts[v], surface.starts[v + 1]):
-            _emit(surface, front, np.int64(surface.corners[k]), x, y, z, d, v, limit)
+            _emit(surface, front, np.int64(surface.corners[k]), x, y, z, d, v, within)
         return
     h, side, begin = _arrival(surface, front, v)
     for _ in range(surface.starts[v + 1] - surface.starts[v]):
         end = begin + angle(surface, h)
         if end > pi - SLACK and begin < total - pi + SLACK:
-            _emit(surface, front, h, x, y, z, d, v, limit)
+            _emit(surface, front, h, x, y, z, d, v, within)
         h, side = next_corner(surface, v, side)
         begin = end
 
@@ -127,7 +147,7 @@ def _arrival(surface: Surface, front: Front, v: int) -> tuple[int, int, float]:
 
 @compiled_inline
 def _emit(
-    surface: Surface, front: Front, h: int, x: float, y: float, z: float, d: float, origin: int, limit: float
+    surface: Surface, front: Front, h: int, x: float, y: float, z: float, d: float, origin: int, within: Extent
 ) -> None:
     """Send one window from a point (x, y, z) of a face over its halfedge h, and reach the ends of the halfedge."""
     low, high = ends(surface, h)
@@ -135,20 +155,20 @@ def _emit(
     ex, ey, ez, rx, ry, rz = q[0] - p[0], q[1] - p[1], q[2] - p[2], x - p[0], y - p[1], z - p[2]
     base, along = sqrt(ex * ex + ey * ey + ez * ez), ex * rx + ey * ry + ez * rz
     cross = sqrt((ey * rz - ez * ry) ** 2 + (ez * rx - ex * rz) ** 2 + (ex * ry - ey * rx) ** 2)
-    _reach(surface, front, low, d + sqrt(rx * rx + ry * ry + rz * rz), origin, -1, 0.0, limit)
+    _reach(surface, front, low, d + sqrt(rx * rx + ry * ry + rz * rz), origin, -1, 0.0, within)
     far = sqrt((x - q[0]) ** 2 + (y - q[1]) ** 2 + (z - q[2]) ** 2)
-    _reach(surface, front, high, d + far, origin, -1, 0.0, limit)
+    _reach(surface, front, high, d + far, origin, -1, 0.0, within)
     if base > 0 and (cross > 0 or 0 < along < base * base):
         i = allocate(front.windows, front.counts, 0)
         w = front.windows[i]
         w.left, w.right, w.x, w.offset = 0.0, base, along / base, d
         w.y = above_line(cross / base, w.x, base)
         w.next, w.origin, w.passed = 0, origin, 0
-        _deliver(surface, front, h, i, base, limit)
+        _deliver(surface, front, h, i, base, within)
 
 
 @compiled_inline
-def _cross_face(surface: Surface, front: Front, h: int, limit: float) -> None:
+def _cross_face(surface: Surface, front: Front, h: int, within: Extent) -> None:
     """Propagate the windows in the list of a halfedge across its face, to the apex and over the other two sides."""
     windows, face = front.windows, triangle(surface, h)
     x, y = face.left * face.cos_low, face.left * face.sin_low
@@ -160,10 +180,10 @@ def _cross_face(surface: Surface, front: Front, h: int, limit: float) -> None:
             w.right, w.next = windows[j].right, windows[j].next
             release(windows, front.counts, j)
         w.split = crossing_to(w.x, w.y, x, y)
-        if not w.passed and w.offset + sqrt((x - w.x) ** 2 + (y + w.y) ** 2) < front.distance[face.apex]:
+        if not w.passed and least_length(w, x, y) < front.distance[face.apex]:
             t = min(max(w.split, w.left), w.right)
             d = length_to(w, t) + sqrt((x - t) ** 2 + y * y)
-            _reach(surface, front, face.apex, d, w.origin, h, t, limit)
+            _reach(surface, front, face.apex, d, w.origin, h, t, within)
         i = w.next
     at_low = images(
         windows, front.counts, first, face.base, face.left, face.cos_low, face.sin_low, False, face.low > face.apex
@@ -188,16 +208,17 @@ def _cross_face(surface: Surface, front: Front, h: int, limit: float) -> None:
     windows[last].next = 0
     front.waiting[h] = windows[0].next
     if at_low:
-        _deliver(surface, front, face.at_low, at_low, face.left, limit)
+        _deliver(surface, front, face.at_low, at_low, face.left, within)
     if at_high:
-        _deliver(surface, front, face.at_high, at_high, face.right, limit)
+        _deliver(surface, front, face.at_high, at_high, face.right, within)
 
 
 @compiled_inline
-def _deliver(surface: Surface, front: Front, h: int, i: int, base: float, limit: float) -> None:
+def _deliver(surface: Surface, front: Front, h: int, i: int, base: float, within: Extent) -> None:
     """Insert the windows of a list, which leave a face over its halfedge h, at all other faces of the edge."""
     windows, counts = front.windows, front.counts
     low, high = ends(surface, h)
+    limit = limit_on_edge(within, low, high, base)
     first, last, least, g = 0, 0, inf, np.int64(surface.across[h])
     while i > 0:
         following = windows[i].next
@@ -229,10 +250,10 @@ def _deliver(surface: Surface, front: Front, h: int, i: int, base: float, limit:
 
 @compiled_in_place
 def _reach(
-    surface: Surface, front: Front, v: int, d: float, origin: int, halfedge: int, entry: float, limit: float
+    surface: Surface, front: Front, v: int, d: float, origin: int, halfedge: int, entry: float, within: Extent
 ) -> None:
     """Set the distance of a vertex if it becomes shorter; the vertex becomes an event if paths may turn there."""
-    if d < front.distance[v] * (1 - TIE) and d <= limit:
+    if d < front.distance[v] * (1 - TIE) and d <= limit_at(within, v):
         if front.distance[v] == inf:
             touch(front, len(front.waiting) + v)
         front.distance[v], front.origin[v], front.halfedge[v], front.entry[v] = d, origin, halfedge, entry

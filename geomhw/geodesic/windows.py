@@ -4,6 +4,9 @@ A window is an interval of an edge that straight lines from one point reach, in 
 The point is a source, or a vertex at which paths turn. Coordinates start at the lower vertex of the edge: x along the
 edge, y the height of the point over it. Lists are linked through ``next``. Record 0 heads a list; it is no window.
 
+Where y is negative, parallel lines perpendicular to a source edge reach the window. Then (x, -y) is their direction, a
+unit vector, and ``offset`` the distance at the lower vertex. Along the edge the distance is offset + x t.
+
 Mitchell, Mount, Papadimitriou: The Discrete Geodesic Problem. SIAM J. Comput. 16(4), 1987.
 """
 
@@ -58,7 +61,17 @@ def release(windows: Any, counts: Ints, i: int) -> None:
 @compiled_in_place
 def length_to(window: Any, t: float) -> float:
     """Length of the path through a window to the place t on its edge."""
+    if window.y < 0:
+        return window.offset + window.x * t
     return window.offset + sqrt((t - window.x) ** 2 + window.y**2)
+
+
+@compiled_in_place
+def least_length(window: Any, x: float, y: float) -> float:
+    """Lower bound of the lengths through a window to the point (x, y) on the other side; the length if straight."""
+    if window.y < 0:
+        return window.offset + window.x * x - window.y * y
+    return window.offset + sqrt((x - window.x) ** 2 + (y + window.y) ** 2)
 
 
 @compiled_in_place
@@ -68,6 +81,8 @@ def trim(window: Any, d_low: float, d_high: float, base: float) -> float:
     Return the least distance at the window, -1 where nothing is left. base: the edge length.
     """
     left, right, x, y = window.left, window.right, window.x, window.y
+    if y < 0:
+        return _trim_parallel(window, d_low, d_high, base)
     # Lengths from the two ends and at the window, less the offset.
     low, high, h = d_low - window.offset, d_high - window.offset, y * y
     at_left, at_right = ((left - x) ** 2 + h) * (1 - TIE) ** 2, ((right - x) ** 2 + h) * (1 - TIE) ** 2
@@ -83,6 +98,22 @@ def trim(window: Any, d_low: float, d_high: float, base: float) -> float:
     if not right - left > TIE * base:
         return -1.0
     return window.offset + y if left <= x <= right else length_to(window, left if x < left else right)
+
+
+@compiled_in_place
+def _trim_parallel(window: Any, d_low: float, d_high: float, base: float) -> float:
+    """Cut a window of parallel lines as `trim` does."""
+    left, right, low, high = window.left, window.right, d_low, d_high + base
+    at_left, at_right = length_to(window, left) * (1 - TIE), length_to(window, right) * (1 - TIE)
+    if low + right < at_right or high - left < at_left:
+        return -1.0
+    if low + left < at_left:
+        left = min(left + (at_left - low - left) / (1 - window.x), right)
+    if high - right < at_right:
+        right = max(right - (at_right - high + right) / (1 + window.x), left)
+    window.left, window.right = left, right
+    least = max(min(length_to(window, left), length_to(window, right)), 0.0)
+    return least if right - left > TIE * base else -1.0
 
 
 @compiled_in_place
@@ -179,30 +210,38 @@ def _gain(windows: Any, new: int, old: int, t: float) -> float:
 
 @compiled_in_place
 def _turning_point(a: Any, b: Any, low: float, high: float) -> float:
-    """Place in low to high where the difference of two lengths is extreme, on the line of both points, or high."""
-    if a.y != b.y:
+    """Place in low to high where the difference of two lengths is extreme, or high.
+
+    It is on the line of both points, or where a line from one point is parallel to the other lines.
+    """
+    t = high
+    if a.y < 0 or b.y < 0:
+        if a.y >= 0:
+            t = a.x - a.y * b.x / b.y
+        elif b.y >= 0:
+            t = b.x - b.y * a.x / a.y
+    elif a.y != b.y:
         t = (a.x * b.y - b.x * a.y) / (b.y - a.y)
-        if low < t < high:
-            return t
-    return high
+    return t if low < t < high else high
 
 
 @compiled_in_place
 def _crossing(windows: Any, new: int, old: int, low: float, high: float) -> float:
     """Place between low and high where two lengths are equal, if their difference changes sign once between them."""
     a, b = windows[new], windows[old]
-    c, D = b.x - a.x, b.offset - a.offset
-    k = ((c - D) * (c + D) + (a.y - b.y) * (a.y + b.y)) / 2
-    # With u = t - b.x: c u + k = D |(u, b.y)|; squared, A u² + 2 c k u + (k² - D² b.y²) = 0.
-    A = (c - D) * (c + D)
-    root = abs(D) * sqrt(max(k * k + b.y * b.y * A, 0.0))
-    q = -c * k + root if c * k < 0 else -c * k - root
-    for u in (q / A, (k - D * b.y) * (k + D * b.y) / q):
-        t = min(max(b.x + u, low), high)
-        if abs(_gain(windows, new, old, t)) <= 4 * TIE * length_to(a, t):
-            return t
+    if a.y >= 0 and b.y >= 0:
+        c, D = b.x - a.x, b.offset - a.offset
+        k = ((c - D) * (c + D) + (a.y - b.y) * (a.y + b.y)) / 2
+        # With u = t - b.x: c u + k = D |(u, b.y)|; squared, A u² + 2 c k u + (k² - D² b.y²) = 0.
+        A = (c - D) * (c + D)
+        root = abs(D) * sqrt(max(k * k + b.y * b.y * A, 0.0))
+        q = -c * k + root if c * k < 0 else -c * k - root
+        for u in (q / A, (k - D * b.y) * (k + D * b.y) / q):
+            t = min(max(b.x + u, low), high)
+            if abs(_gain(windows, new, old, t)) <= 4 * TIE * length_to(a, t):
+                return t
     falls, t = _gain(windows, new, old, high) < 0, (low + high) / 2
-    while low < t < high:  # both roots are inaccurate
+    while low < t < high:  # both roots are inaccurate, or lines are parallel
         if (_gain(windows, new, old, t) < 0) == falls:
             high = t
         else:

@@ -51,6 +51,9 @@ from .surface_points import (
     nearest_point as nearest_point,
 )
 from .surface_points import (
+    region_points as region_points,
+)
+from .surface_points import (
     vertex_points as vertex_points,
 )
 from .surface_points import (

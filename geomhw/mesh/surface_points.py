@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -36,6 +36,9 @@ class SurfacePoints:
         The vertices of that face; three times the same vertex for a vertex.
     weights : (k, 3) array
         Barycentric coordinates with respect to ``corners``: nonnegative, sum 1; (1, 0, 0) for a vertex.
+    filled : (k,) bool array
+        Whether each point is a vertex of a filled region, which contains all edges and faces between its vertices. By
+        default none is.
 
     Examples
     --------
@@ -48,18 +51,28 @@ class SurfacePoints:
     faces: Ints
     corners: Ints
     weights: Floats
+    filled: Any = None
+
+    def __post_init__(self) -> None:
+        if self.filled is None:
+            object.__setattr__(self, "filled", np.zeros(len(self.faces), dtype=bool))
 
     def __len__(self) -> int:
         return len(self.faces)
 
     def __getitem__(self, which: Ints) -> "SurfacePoints":
         """Select points by an index array or a mask."""
-        return SurfacePoints(self.faces[which], self.corners[which], self.weights[which])
+        return SurfacePoints(self.faces[which], self.corners[which], self.weights[which], self.filled[which])
 
     @property
     def vertices(self) -> Ints:
         """Vertex indices of the points that are vertices."""
         return np.asarray(self.corners[self.faces < 0, 0])
+
+    @property
+    def filled_vertices(self) -> Ints:
+        """Vertex indices of the points that belong to filled regions."""
+        return self[self.filled].vertices
 
     @property
     def within_faces(self) -> "SurfacePoints":
@@ -94,7 +107,7 @@ class SurfacePoints:
         order = np.argsort(names, axis=1, kind="stable")
         sorted_weights = np.take_along_axis(self.weights, order, axis=1)
         keys = np.concatenate([np.take_along_axis(names, order, axis=1), np.round(sorted_weights, 12)], axis=1)
-        ranked = np.lexsort((self.faces, *keys.T[::-1]))
+        ranked = np.lexsort((~self.filled, self.faces, *keys.T[::-1]))
         first = np.any(np.diff(keys[ranked], axis=0, prepend=np.nan) != 0, axis=1)
         group = np.empty(len(self), dtype=np.int64)
         group[ranked] = np.cumsum(first) - 1
@@ -128,7 +141,7 @@ def concatenate(parts: Sequence[SurfacePoints]) -> SurfacePoints:
     >>> concatenate([vertex_points(grid(2, 2), [4]), vertex_points(grid(2, 2), [0, 1])]).vertices.tolist()
     [4, 0, 1]
     """
-    names = ("faces", "corners", "weights")
+    names = ("faces", "corners", "weights", "filled")
     return SurfacePoints(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
 
 
@@ -165,6 +178,22 @@ def vertex_points(mesh: TriangleMesh, vertices: Sequence[int] | Ints) -> Surface
         raise ArgumentError(f"source {wanted[loose][0]} belongs to no face; choose a vertex on the surface")
     k = len(wanted)
     return SurfacePoints(np.full(k, -1), np.repeat(wanted[:, None], 3, axis=1), np.tile([1.0, 0.0, 0.0], (k, 1)))
+
+
+def region_points(mesh: TriangleMesh, vertices: Sequence[int] | Ints) -> SurfacePoints:
+    """Select a filled region: vertices, with all edges and faces between them; raises as `vertex_points` does.
+
+    Exact distances are from the edges and faces, too; distances by the heat method from the vertices.
+
+    Examples
+    --------
+    >>> from geomhw.geodesic import ExactDistance
+    >>> from geomhw.mesh import TriangleMesh
+    >>> mesh = TriangleMesh([[0, 0, 0], [2, 0, 0], [1, 3, 0]], [[0, 1, 2]])
+    >>> ExactDistance(mesh).from_sources(region_points(mesh, [0, 1]))["distance"].tolist()
+    [0.0, 0.0, 3.0]
+    """
+    return replace(vertex_points(mesh, vertices), filled=np.ones(len(np.atleast_1d(vertices)), dtype=bool))
 
 
 def vertex_range(mesh: TriangleMesh, first: int, last: int) -> SurfacePoints:

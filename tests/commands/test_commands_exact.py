@@ -221,7 +221,7 @@ def test_mask_refuses(options: list[str]) -> None:
 
 @pytest.mark.parametrize("method", ["exact", "heat"])
 def test_region(method: str) -> None:
-    """A region is 0 inside, and outside as far as from all of its vertices."""
+    """A region is 0 inside; outside, exact distances are from its edges, others from its vertices, as by a file."""
     labels = np.where(from_vertex(5) < 0.8, 3, 1)
     np.save("labels.npy", labels)
     vertices = np.flatnonzero(labels == 3)
@@ -229,8 +229,13 @@ def test_region(method: str) -> None:
     assert run(*command, "--source", "labels.npy=3").exit_code == 0
     found = read("out.vtu")["distance"]
     np.testing.assert_array_equal(np.flatnonzero(found == 0), vertices)
-    assert run(*command, "--source", ",".join(map(str, vertices))).exit_code == 0
+    Path("region.txt").write_text("\n".join(map(str, vertices)))
+    assert run(*command, "--source", "@region.txt").exit_code == 0
     np.testing.assert_array_equal(read("out.vtu")["distance"], found)
+    assert run(*command, "--source", ",".join(map(str, vertices))).exit_code == 0
+    from_vertices = read("out.vtu")["distance"]
+    assert (found <= from_vertices * (1 + 1e-12)).all()
+    assert np.array_equal(found, from_vertices) == (method == "heat")
 
 
 def test_region_of_faces_and_name() -> None:

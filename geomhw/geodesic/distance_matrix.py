@@ -1,0 +1,134 @@
+"""Exact distances between all vertices at most a limit apart, as a sparse symmetric matrix."""
+
+from concurrent.futures import ThreadPoolExecutor
+from math import inf
+from os import cpu_count
+from queue import SimpleQueue
+
+import numpy as np
+from scipy.sparse import csr_array
+
+from geomhw.arrays import Floats, Ints
+from geomhw.compiled import compiled_in_place
+from geomhw.geodesic.front import TOUCHED, Extent, Front, empty_front, reset, start, with_more_room
+from geomhw.geodesic.unfolded_faces import Surface
+from geomhw.geodesic.window_propagation import propagate
+from geomhw.mesh.triangle_mesh import TriangleMesh
+
+#: Sources of a task of a thread.
+TASK = 64
+
+
+def distance_matrix(mesh: TriangleMesh, surface: Surface, limit: float) -> csr_array:
+    """Return the matrix of `ExactDistance.matrix`.
+
+    Each pair is computed once, from the end at which a distance function is smaller. Paths from there need not reach
+    places from which the way back up to the height of their source exceeds the limit.
+    """
+    n, used = mesh.n_vertices, np.setdiff1d(np.arange(mesh.n_vertices), mesh.unreferenced_vertices)
+    heights = _heights(mesh, surface) if limit < inf else np.zeros(n)
+    ranks = np.empty(n, dtype=np.int64)
+    ranks[np.argsort(heights, kind="stable")] = np.arange(n)
+    fronts: SimpleQueue[Front] = SimpleQueue()
+    for _ in range(cpu_count() or 1):
+        fronts.put(empty_front(surface))
+
+    def compute(sources: Ints) -> tuple[Ints, Ints, Floats]:
+        front = fronts.get()
+        found = _sparse_rows(surface, front, sources, Extent(limit, 0.0, heights), ranks)
+        fronts.put(found[0])
+        return found[1:]
+
+    with ThreadPoolExecutor(cpu_count()) as threads:
+        tasks = list(threads.map(compute, (used[i : i + TASK] for i in range(0, len(used), TASK))))
+    counts, columns, values = (np.concatenate(parts) for parts in zip(*tasks, strict=True))
+    return _symmetric(np.repeat(used, counts), columns, values, n)
+
+
+def _heights(mesh: TriangleMesh, surface: Surface) -> Floats:
+    """Distance from one vertex of each connected component."""
+    front = empty_front(surface)
+    start(front, np.unique(mesh.components, return_index=True)[1], 0)
+    extent = Extent(inf, 0.0, np.zeros(mesh.n_vertices))
+    while propagate(surface, front, np.empty((0, 3)), np.empty(0, dtype=np.int64), extent, np.empty(0, np.int64)) < 0:
+        front = with_more_room(front)
+    return np.where(front.distance < inf, front.distance, 0.0)
+
+
+def _sparse_rows(
+    surface: Surface, front: Front, sources: Ints, extent: Extent, ranks: Ints
+) -> tuple[Front, Ints, Ints, Floats]:
+    """Return the front with all its room, and for each source a count, and the vertices of higher rank in reach with
+    their distances.
+    """
+    counts, done, end = np.zeros(len(sources), dtype=np.int64), 0, 0
+    columns, values = np.empty(1 << 14, dtype=np.int32), np.empty(1 << 14)
+    while True:
+        done, end = _fill(surface, front, sources, extent, ranks, counts, columns, values, done, end)
+        if done == len(sources):
+            return front, counts, columns[:end], values[:end]
+        if front.counts[TOUCHED]:
+            front = with_more_room(front)
+        else:
+            columns, values = np.append(columns, columns), np.append(values, values)
+
+
+@compiled_in_place
+def _fill(
+    surface: Surface,
+    front: Front,
+    sources: Ints,
+    extent: Extent,
+    ranks: Ints,
+    counts: Ints,
+    columns: Ints,
+    values: Floats,
+    done: int,
+    end: int,
+) -> tuple[int, int]:
+    """Append rows of distances until all sources are done or room is lacking, in the front or for the next row."""
+    none, no_places, h = sources[:0], surface.points[:0], len(front.waiting)
+    slack = 1e-9 * extent.limit
+    while done < len(sources):
+        v = sources[done]
+        if front.counts[TOUCHED] == 0:
+            start(front, sources[done : done + 1], 0)
+        height = extent.heights[v] * (1 - 1e-12) - slack
+        if propagate(surface, front, no_places, none, Extent(extent.limit, height, extent.heights), none) < 0:
+            return done, end
+        first = end
+        for i in front.touched[: front.counts[TOUCHED]]:
+            if i >= h and ranks[i - h] >= ranks[v]:
+                if end < len(columns):
+                    columns[end], values[end] = i - h, front.distance[i - h]
+                end += 1
+        reset(front)
+        if end > len(columns):
+            return done, first
+        counts[done] = end - first
+        done += 1
+    return done, end
+
+
+def _symmetric(rows: Ints, columns: Ints, values: Floats, n: int) -> csr_array:
+    """Return a symmetric matrix from one of each two equal entries; stored zeros stay."""
+    starts = np.append(
+        0, np.cumsum(np.bincount(rows, minlength=n) + np.bincount(columns[rows != columns], minlength=n))
+    )
+    indices, data = np.empty(starts[-1], dtype=np.int32), np.empty(starts[-1])
+    _place(rows, columns, values, starts[:-1].copy(), indices, data)
+    # The columns of a symmetric matrix are its rows; conversion sorts the entries.
+    by_column = csr_array((data, indices, starts), shape=(n, n)).tocsc()
+    return csr_array((by_column.data, by_column.indices, by_column.indptr), shape=(n, n))
+
+
+@compiled_in_place
+def _place(rows: Ints, columns: Ints, values: Floats, places: Ints, indices: Ints, data: Floats) -> None:
+    """Write each entry to the next places of its row and of its column."""
+    for k in range(len(rows)):
+        row, column = rows[k], columns[k]
+        indices[places[row]], data[places[row]] = column, values[k]
+        places[row] += 1
+        if column != row:
+            indices[places[column]], data[places[column]] = row, values[k]
+            places[column] += 1
