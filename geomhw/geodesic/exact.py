@@ -13,7 +13,7 @@ from scipy.sparse import csr_array
 from geomhw.arrays import Floats, Ints
 from geomhw.errors import ArgumentError
 from geomhw.geodesic.front import Front, empty_front, reached, reset, start, with_more_room
-from geomhw.geodesic.unfolded_faces import surface_of
+from geomhw.geodesic.unfolded_faces import Surface, surface_of
 from geomhw.geodesic.window_propagation import propagate
 from geomhw.mesh.surface_points import SurfacePoints, vertex_points
 from geomhw.mesh.triangle_mesh import TriangleMesh
@@ -186,6 +186,11 @@ class ExactDistance:
         counts[used + 1] = [len(columns) for columns, _ in upper]
         columns, values = (np.concatenate(parts) for parts in zip(*upper, strict=True))
         return _mirrored(csr_array((values, columns, np.cumsum(counts)), shape=(n, n)))
+
+    @property
+    def surface(self) -> Surface:
+        """The halfedges of the mesh, for tracing lines."""
+        return self._surface
 
     def settings(self) -> dict[str, Any]:
         """Return how distances are computed, as plain values for a report."""

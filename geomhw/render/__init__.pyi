@@ -1,3 +1,4 @@
+from .curve_pictures import curve_picture as curve_picture
 from .flow_pictures import contact_sheet as contact_sheet
 from .flow_pictures import flow_film as flow_film
 from .pictures import geodesic_picture as geodesic_picture
