@@ -237,6 +237,21 @@ FIELD_FILES = OptionGroup(
     WIDTH,
     name="files",
 )
+#: Files of a command that computes curves on the mesh, as `Job.plan` takes them.
+CURVE_FILES = OptionGroup(
+    "Output",
+    option(
+        "-o --output outputs",
+        "FILE",
+        OUTPUT,
+        "Curves as polylines, .vtp, or as a table with a row per point, .csv. May be repeated.",
+        multiple=True,
+    ),
+    option("--png", "FILE", OUTPUT, "Picture."),
+    flag("--no-png", "Draw no picture."),
+    WIDTH,
+    name="files",
+)
 #: Files of a command that computes a time series, as `FrameWriter.plan` takes them.
 SERIES_FILES = OptionGroup(
     "Output",

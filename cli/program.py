@@ -18,6 +18,7 @@ from geomhw_cli.geodesic import geodesic
 from geomhw_cli.helmholtz import helmholtz
 from geomhw_cli.info import info
 from geomhw_cli.operators import operators
+from geomhw_cli.path import path
 from geomhw_cli.repair import repair
 from geomhw_cli.runtime import interrupts
 from geomhw_cli.vecdiffuse import vecdiffuse
@@ -108,7 +109,7 @@ def program() -> None:
     """
 
 
-for command in (advect, compare, fluid, geodesic, helmholtz, info, operators, repair, vecdiffuse, view):
+for command in (advect, compare, fluid, geodesic, helmholtz, info, operators, path, repair, vecdiffuse, view):
     program.add_command(command)
 
 

@@ -148,13 +148,15 @@ class Result:
 
 @dataclass(frozen=True, repr=False)
 class Cloud:
-    """Points without faces, and fields on them.
+    """Points without faces, on their own or joined to polylines, and fields on them.
 
     Attributes
     ----------
     points : (k, 3) array
     fields : sequence of Field
         Location ``vertex``: one row per point; ``mesh``: values of the whole.
+    lines : (p + 1,) integer array, optional
+        Polyline i joins the points from ``lines[i]`` to ``lines[i + 1] - 1``.
 
     Raises
     ------
@@ -170,6 +172,7 @@ class Cloud:
 
     points: Floats
     fields: Sequence[Field] = ()
+    lines: Ints | None = None
 
     def __post_init__(self) -> None:
         for item in self.fields:

@@ -20,7 +20,6 @@ from geomhw_cli.specs.files import STANDARD, file_stem, read_input, require_writ
 
 if TYPE_CHECKING:
     from geomhw.mesh.triangle_mesh import TriangleMesh
-    from geomhw.results import Result
 
 
 @dataclass
@@ -57,25 +56,28 @@ class Job:
         png: Path | None,
         no_png: bool,
         width: int,
+        extensions: Sequence[str] = (),
         **report: Any,
     ) -> "Job":
         """Check, before any computation, that all files can be written.
 
-        Without outputs, they are ``<stem>.<command>.vtk`` and ``.png`` in the current directory.
+        Without outputs, they are ``<stem>.<command>`` with the first extension and ``.png`` in the current directory.
+        extensions: of outputs, by default those of meshes.
         """
         from geomhw.io import WRITABLE
 
+        extensions = extensions or WRITABLE
         if png and no_png:
             raise click.UsageError("--png and --no-png exclude each other.")
         name = f"{file_stem(mesh_path)}.{command}"
         if not outputs:
-            outputs = [Path(f"{name}.vtk")]
+            outputs = [Path(f"{name}{extensions[0]}")]
             png = png or (None if no_png else Path(f"{name}.png"))
-        require_writable(outputs, WRITABLE)
+        require_writable(outputs, extensions)
         if png:
             require_memory(DRAWING, "drawing")
             require_writable([png], [".png"])
-            require_writable([*outputs, png], [*WRITABLE, ".png"])
+            require_writable([*outputs, png], [*extensions, ".png"])
         return cls(command, mesh_path, outputs, png, width, **report)
 
     @contextmanager
@@ -111,15 +113,17 @@ class Job:
             self.notes = {**self.notes, "turned_faces": turned}
         return mesh
 
-    def write(self, result: "Result", picture: Callable[..., Any]) -> None:
+    def write(
+        self, result: Any, picture: Callable[..., Any], writer: Callable[[Any, Sequence[Path]], None] = write_outputs
+    ) -> None:
         """Write the data files, all or none, then the picture, so that a failure to draw loses no data.
 
-        picture: draws a result, with panels of a ``width``.
+        picture: draws a result, with panels of a ``width``. writer: writes a result to files, by default one on a mesh.
         """
         from geomhw.io import write_png
 
         with self.stage("write"):
-            write_outputs(result, self.outputs)
+            writer(result, self.outputs)
         self.written += map(str, self.outputs)
         if self.png:
             try:

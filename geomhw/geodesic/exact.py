@@ -14,7 +14,7 @@ from geomhw.arrays import Floats, Ints
 from geomhw.errors import ArgumentError
 from geomhw.geodesic.distance_matrix import distance_matrix
 from geomhw.geodesic.front import ROOM, Extent, Front, empty_front, reached, start, with_more_room
-from geomhw.geodesic.unfolded_faces import surface_of
+from geomhw.geodesic.unfolded_faces import Surface, surface_of
 from geomhw.geodesic.window_propagation import propagate, start_from_edges
 from geomhw.mesh.surface_points import SurfacePoints, vertex_points
 from geomhw.mesh.triangle_mesh import TriangleMesh
@@ -182,6 +182,11 @@ class ExactDistance:
         (33, np.float64(0.5))
         """
         return distance_matrix(self.mesh, self._surface, _checked(limit))
+
+    @property
+    def surface(self) -> Surface:
+        """The halfedges of the mesh, for tracing lines."""
+        return self._surface
 
     def settings(self) -> dict[str, Any]:
         """Return how distances are computed, as plain values for a report."""

@@ -5,6 +5,8 @@ from .diagnostics import findings as findings
 from .diagnostics import mesh_summary as mesh_summary
 from .implicit_surfaces import genus_two as genus_two
 from .implicit_surfaces import implicit_surface as implicit_surface
+from .inserted_points import InsertedPoints as InsertedPoints
+from .inserted_points import insert_points as insert_points
 from .orientation import (
     orientation_cover as orientation_cover,
 )

@@ -64,6 +64,10 @@ class SurfacePoints:
         """Select points by an index array or a mask."""
         return SurfacePoints(self.faces[which], self.corners[which], self.weights[which], self.filled[which])
 
+    def split(self) -> list["SurfacePoints"]:
+        """Return each point on its own."""
+        return [self[np.array([k])] for k in range(len(self))]
+
     @property
     def vertices(self) -> Ints:
         """Vertex indices of the points that are vertices."""

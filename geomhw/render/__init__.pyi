@@ -1,3 +1,4 @@
+from .curve_pictures import curve_picture as curve_picture
 from .flow_pictures import contact_sheet as contact_sheet
 from .flow_pictures import flow_film as flow_film
 from .interactive import show_window as show_window

@@ -32,11 +32,12 @@ def write_vtp(result: Result, stream: BinaryIO) -> None:
 
 
 def write_vtp_cloud(cloud: Cloud, stream: BinaryIO) -> None:
-    """Write points as polydata with a vertex cell for each."""
+    """Write points as polydata with a vertex cell for each, or with their polylines."""
     count = len(cloud.points)
-    cells = [("connectivity", np.arange(count)), ("offsets", np.arange(1, count + 1))]
-    size = f'NumberOfPoints="{count}" NumberOfVerts="{count}"'
-    _write(cloud, cloud.points, stream, "PolyData", size, "Verts", cells)
+    kind, ends = ("Verts", np.arange(1, count + 1)) if cloud.lines is None else ("Lines", cloud.lines[1:])
+    cells = [("connectivity", np.arange(count)), ("offsets", ends)]
+    size = f'NumberOfPoints="{count}" NumberOf{kind}="{len(ends)}"'
+    _write(cloud, cloud.points, stream, "PolyData", size, kind, cells)
 
 
 def write_vtu(result: Result, stream: BinaryIO) -> None:

@@ -1,0 +1,48 @@
+"""Curves on a mesh as files and lines of a report."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from geomhw.wording import counted
+
+if TYPE_CHECKING:
+    from geomhw.geodesic.surface_path import SurfacePath
+    from geomhw.results import Cloud
+
+#: Extensions of files of curves.
+CURVE_EXTENSIONS = (".vtp", ".csv")
+#: Columns of a table of points.
+COLUMNS = ("path", "x", "y", "z", "face", "b0", "b1", "b2", "arc_length")
+
+
+def write_curves(cloud: "Cloud", paths: Sequence[Path]) -> None:
+    """Write polylines to files, as VTP or as a table with a row per point."""
+    from geomhw.io import write_cloud, write_csv
+
+    for path in paths:
+        if path.suffix.lower() == ".vtp":
+            write_cloud(cloud, path)
+        else:
+            columns = [cloud.points, *(cloud[name] for name in ("path", "face", "barycentric", "arc_length"))]
+            rows = zip(*(column.tolist() for column in columns), strict=True)
+            write_csv(path, [dict(zip(COLUMNS, (k, *x, f, *b, s), strict=True)) for x, k, f, b, s in rows])
+
+
+def curve_report(path: "SurfacePath") -> dict[str, Any]:
+    """Return ends, length and crossings of a curve as plain values."""
+    return {
+        "start": path.end(0).report()[0],
+        "end": path.end(-1).report()[0],
+        "length": path.length,
+        "crossings": path.crossings,
+        "vertices": path.vertices.tolist(),
+    }
+
+
+def curve_line(report: dict[str, Any]) -> str:
+    """Return the report of a curve in one line."""
+    from geomhw.mesh.surface_points import point_name
+
+    ends = f"{point_name(report['start'])} to {point_name(report['end'])}"
+    return f"{ends}, length {report['length']:.10g}, {counted(report['crossings'], 'edge')} crossed"

@@ -1,0 +1,180 @@
+"""Shortest paths on polyhedral surfaces, traced back along the straight lines of exact distances.
+
+Mitchell, Mount, Papadimitriou: The Discrete Geodesic Problem. SIAM J. Comput. 16(4), 1987.
+"""
+
+import numpy as np
+
+from geomhw.arrays import Ints
+from geomhw.errors import FieldError
+from geomhw.geodesic.exact import Arrivals, ExactDistance
+from geomhw.geodesic.straight_lines import CROSSING, line_to_origin
+from geomhw.geodesic.strips import Strip, straightened
+from geomhw.geodesic.surface_path import SurfacePath, joined, on_original, path_in_strip
+from geomhw.geodesic.unfolded_faces import triangle
+from geomhw.mesh.inserted_points import InsertedPoints, insert_points
+from geomhw.mesh.surface_points import SurfacePoints, concatenate, vertex_points
+from geomhw.mesh.triangle_mesh import TriangleMesh
+
+#: Distances, and places on an edge, that agree up to this share are equal.
+EQUAL = 1e-12
+
+
+class ShortestPaths:
+    """Shortest paths on one mesh.
+
+    The length of a path is the exact distance. A path is straight across edges, and turns only at vertices with a total
+    angle of at least 2π or where the mesh is no surface: on the boundary and at edges of more than two faces.
+
+    Parameters
+    ----------
+    mesh : any triangle mesh. Paths pass as those of `ExactDistance`.
+
+    Raises
+    ------
+    MeshError
+        As `ExactDistance` does.
+
+    Examples
+    --------
+    >>> from geomhw.mesh import TriangleMesh, vertex_points
+    >>> square = TriangleMesh([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
+    >>> (path,) = ShortestPaths(square).between(vertex_points(square, [1]), vertex_points(square, [3]))
+    >>> path.positions.tolist()
+    [[1.0, 0.0, 0.0], [0.5, 0.5, 0.0], [0.0, 1.0, 0.0]]
+    """
+
+    def __init__(self, mesh: TriangleMesh) -> None:
+        self.mesh = mesh
+        self._solver: ExactDistance | None = None
+
+    def to_nearest(self, sources: SurfacePoints, targets: SurfacePoints) -> list[SurfacePath]:
+        """Return, for each target, the shortest path from the nearest source.
+
+        Raises
+        ------
+        FieldError
+            If no path leads to a target, or a point lies inside a face of zero area.
+        """
+        lines = _Lines(self, concatenate([sources, targets]))
+        ends = lines.vertices[len(sources) :]
+        arrivals = lines.arrivals(lines.vertices[: len(sources)], ends)
+        return [lines.path(arrivals, v, targets.name(i)) for i, v in enumerate(ends.tolist())]
+
+    def between(self, sources: SurfacePoints, targets: SurfacePoints) -> list[SurfacePath]:
+        """Return the shortest path from each source to the target of the same index; raises as `to_nearest`."""
+        if len(sources) != len(targets):
+            raise FieldError(f"pairs need as many targets as sources, not {len(targets)} for {len(sources)}")
+        lines = _Lines(self, concatenate([sources, targets]))
+        starts, ends = lines.vertices[: len(sources)], lines.vertices[len(sources) :]
+        paths: dict[int, SurfacePath] = {}
+        for source in np.unique(starts):
+            (group,) = np.nonzero(starts == source)
+            arrivals = lines.arrivals(np.array([source]), ends[group])
+            paths |= {i: lines.path(arrivals, int(ends[i]), targets.name(i)) for i in group.tolist()}
+        return [paths[i] for i in range(len(sources))]
+
+    def through(self, stops: SurfacePoints, closed: bool = False) -> SurfacePath:
+        """Return the path of shortest paths from each point to the next, if closed from the last to the first, too.
+
+        Raises
+        ------
+        FieldError
+            As `to_nearest` does, and if there are fewer than two points.
+        """
+        if len(stops) < 2:
+            raise FieldError("a path through points needs at least two")
+        order = np.arange(len(stops))
+        starts, ends = (order, np.roll(order, -1)) if closed else (order[:-1], order[1:])
+        return joined(self.between(stops[starts], stops[ends]))
+
+    def exact(self) -> ExactDistance:
+        """Return the solver for distances on the mesh."""
+        self._solver = self._solver or ExactDistance(self.mesh)
+        return self._solver
+
+
+class _Lines:
+    """Straight lines of shortest paths on a mesh with some points as vertices."""
+
+    def __init__(self, paths: ShortestPaths, points: SurfacePoints) -> None:
+        self._mesh = paths.mesh
+        self._inserted: InsertedPoints | None = None
+        if len(points.within_faces):
+            self._inserted = insert_points(paths.mesh, points)
+            self._solver, self.vertices = ExactDistance(self._inserted.mesh), self._inserted.vertices
+        else:
+            self._solver, self.vertices = paths.exact(), points.vertices
+
+    def arrivals(self, sources: Ints, targets: Ints) -> Arrivals:
+        """Return the straight lines by which the targets are reached, and all vertices on the paths there."""
+        return self._solver.arrivals(vertex_points(self._solver.mesh, sources), targets=targets)
+
+    def path(self, arrivals: Arrivals, v: int, name: str) -> SurfacePath:
+        """Trace the path to a vertex back to its source."""
+        if np.isinf(arrivals.distance[v]):
+            raise FieldError(f"no path leads to {name}: it lies on another component than the sources")
+        lines: list[Strip] = []
+        target = v
+        while arrivals.distance[v] > 0:
+            strip, v = self._last_line(arrivals, v)
+            lines.append(strip)
+        mesh, surface = self._solver.mesh, self._solver.surface
+        if not lines:
+            (corner, *_) = surface.corners[surface.starts[target] :]
+            path = path_in_strip(mesh, *straightened(surface, Strip.between(surface, corner // 3, [], [], v, v)))
+            path = SurfacePath(mesh, path.faces[:1], path.weights[:1])
+        else:
+            path = joined([path_in_strip(mesh, *straightened(surface, strip)) for strip in lines[::-1]])
+        return on_original(self._mesh, self._inserted, path) if self._inserted else path
+
+    def _last_line(self, arrivals: Arrivals, v: int) -> tuple[Strip, int]:
+        """Return the strip of the last straight line of the path to v, and the vertex at which it starts."""
+        found = self._traced(arrivals, v) or self._beside(arrivals, v, (v,))
+        assert found, f"the straight line to vertex {v} is lost"
+        return found
+
+    def _traced(self, arrivals: Arrivals, v: int) -> tuple[Strip, int] | None:
+        """Return the last straight line to v by tracing it back; None if rounding loses it."""
+        surface, h, t, d = self._solver.surface, int(arrivals.halfedge[v]), arrivals.entry[v], arrivals.distance
+        origin = int(arrivals.origin[v])
+        if h < 0:
+            return self._edge(origin, v), origin
+        face = triangle(surface, h)
+        for end, place, length in ((face.low, 0.0, face.left), (face.high, face.base, face.right)):
+            # A line that arrives over the end of an edge comes along another edge, from that vertex.
+            if abs(t - place) <= EQUAL * face.base and d[end] + length <= d[v] * (1 + EQUAL):
+                return self._edge(end, v), end
+        line = np.empty(256, dtype=CROSSING)
+        while (count := line_to_origin(surface, h, t, origin, d[v] - d[origin], line)) < 0:
+            line = np.empty(4 * len(line), dtype=CROSSING)
+        if not count:
+            return None
+        leave, enter = line["enter"][count - 1 :: -1].tolist(), line["leave"][count - 1 :: -1].tolist()
+        return Strip.between(surface, leave[0] // 3, leave, enter, origin, v), origin
+
+    def _beside(self, arrivals: Arrivals, v: int, tried: tuple[int, ...]) -> tuple[Strip, int] | None:
+        """Return the last straight lines to v by straightening the path to a neighbor and along the edge from there."""
+        surface, d = self._solver.surface, arrivals.distance
+        corners = surface.corners[surface.starts[v] : surface.starts[v + 1]]
+        around = np.setdiff1d(surface.faces[corners // 3], tried)
+        through = d[around] + np.linalg.norm(surface.points[around] - surface.points[v], axis=1)
+        for k in np.argsort(through, kind="stable"):
+            u = int(around[k])
+            if through[k] <= d[v] * (1 + EQUAL):
+                return self._edge(u, v), u
+            if found := self._traced(arrivals, u) or (len(tried) < 3 and self._beside(arrivals, u, (*tried, u))):
+                strip, origin = found
+                for face in (corners // 3).tolist():
+                    if u in surface.faces[face] and (longer := strip.extended(surface, u, face, v)):
+                        longer, path = straightened(surface, longer)
+                        if d[origin] + path.length <= d[v] * (1 + EQUAL):
+                            return longer, origin
+        return None
+
+    def _edge(self, u: int, v: int) -> Strip:
+        """Return the strip of an edge."""
+        surface = self._solver.surface
+        corners = surface.corners[surface.starts[v] : surface.starts[v + 1]]
+        face = next(f for f in (corners // 3).tolist() if u in surface.faces[f])
+        return Strip.between(surface, face, [], [], u, v)
