@@ -45,8 +45,8 @@ def advect(
     """Carry a color along a tangent field on MESH.
 
     The color at time t is exp(-tD) applied to the initial color, where D is the derivative along the field. Where the
-    field enters through a boundary, it carries the initial color of the boundary in. Without -o, writes the series
-    <stem>.advect.pvd with its frames to the current directory.
+    field enters through a boundary, it carries the initial color of the boundary in. Without -o, writes a contact
+    sheet <stem>.advect.png, a film <stem>.advect.gif, and the series in the folder <stem>.advect/.
 
     \b
     Arrays of a frame, per vertex: color (1 or 3 components). Per face: velocity. Field data: time.

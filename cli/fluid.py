@@ -75,8 +75,9 @@ VISCOSITY = Number(SMALLEST, LARGEST, or_zero=True)
 def fluid(mesh_path: Path, choices: dict[str, Any], files: dict[str, Any], report: dict[str, Any]) -> None:
     """Simulate incompressible flow, with a color that it carries, on MESH.
 
-    Without -o, writes the series <stem>.fluid.pvd with its frames to the current directory. After Ctrl-C the series is
-    valid up to its last frame, and --restart resumes it to the same result as an uninterrupted run.
+    Without -o, writes a contact sheet <stem>.fluid.png, a film <stem>.fluid.gif, and the series in the folder
+    <stem>.fluid/. After Ctrl-C the series is valid up to its last frame, and --restart resumes it to the same result as
+    an uninterrupted run.
 
     \b
     Arrays of a frame, per vertex: color, vorticity. Per face: velocity. Field data: time.

@@ -15,6 +15,7 @@ from geomhw_cli.options import INPUT, Choice, Choices, OptionGroup, choice, comm
 from geomhw_cli.runtime.accuracy import accuracy_lines
 from geomhw_cli.runtime.distance_batch import compute_distances, compute_matrix
 from geomhw_cli.runtime.job import Job, robust_line, time_line
+from geomhw_cli.runtime.pictures import KINDS
 from geomhw_cli.specs.distance_methods import DistanceMethod
 from geomhw_cli.specs.files import Spec
 from geomhw_cli.specs.label_tables import LabelTable
@@ -181,7 +182,7 @@ def geodesic(
     """
     chosen = DistanceMethod.parse(method_name, method, limit)
     labeled = LabelTable.parse(labels, table, all_pairs)
-    others = {"--source": sources.specs, "--to": to.specs, "--png": files["png"]}
+    others = {"--source": sources.specs, "--to": to.specs, **{f"--{kind}": files[kind] for kind in KINDS}}
     if labeled and single:
         raise click.UsageError("--single and --labels exclude each other.")
     if queries := DistanceQueries.parse(all_pairs, pairs, source_file, single, others):
@@ -290,7 +291,7 @@ def _write(job: Job, result: "Result", beyond: float, panels: tuple[str, ...]) -
         distance[distance == inf] = beyond
         fields = [Field("distance", "vertex", distance) if f.name == "distance" else f for f in result.fields]
         written = replace(result, fields=fields)
-    job.write(written, lambda _written, width: geodesic_picture(result, width=width, panels=panels))
+    job.write(written, lambda _written, look: geodesic_picture(result, look, panels=panels))
 
 
 def _unreachable(answers: dict[str, Any], beyond: float) -> list[str]:

@@ -6,10 +6,20 @@ from typing import Any, get_args
 import click
 from click.core import ParameterSource
 
-from geomhw.options import DEFAULT_DT, DEFAULT_EVERY, DEFAULT_STEPS, PANEL_WIDTH, SolverName
+from geomhw.options import (
+    DEFAULT_COLOR,
+    DEFAULT_DT,
+    DEFAULT_EVERY,
+    DEFAULT_STEPS,
+    FRAMES_PER_SECOND,
+    PANEL_WIDTH,
+    SolverName,
+    UpAxis,
+)
 from geomhw_cli.runtime.memory import COMPUTING, require_memory
 from geomhw_cli.specs.fields import COLOR_HELP, color_files, field_files
 from geomhw_cli.specs.files import FormatName, InputFile, OutputFile, Spec, set_format
+from geomhw_cli.specs.looks import ColorMap, Isolines, Limits, ViewName
 from geomhw_cli.specs.numbers import COUNT, POSITIVE, Number
 from geomhw_cli.specs.sources import SOURCE_HELP, SourceSpecs
 
@@ -43,6 +53,10 @@ SYNONYMS = {
     "--tracers": "particles streamlines",
     "--output": "out outfile save",
     "--png": "picture image plot screenshot figure",
+    "--view": "camera azimuth elevation angle",
+    "--colormap": "cmap palette",
+    "--range": "clim limits vmin vmax",
+    "--isolines": "contours levels contour",
     "--gif": "film movie animation video",
     "--mp4": "film movie animation video",
     "--csv": "table",
@@ -204,7 +218,7 @@ SOLVER = choice(
     "direct: factorization. multigrid: iteration, faster on large meshes. auto: by the number of vertices, with "
     "factorization if the iteration does not converge.",
 )
-COLOR = option("--color color_spec", "SPEC", Spec(color_files), f"Initial color: {COLOR_HELP}.", default="hue")
+COLOR = option("--color color_spec", "SPEC", Spec(color_files), f"Initial color: {COLOR_HELP}.", default=DEFAULT_COLOR)
 DT = option("--dt", "T", POSITIVE, "Time step.", default=DEFAULT_DT)
 STEPS = option("--steps", "N", COUNT, "Number of the last step.", default=DEFAULT_STEPS)
 EVERY = option("--every", "K", COUNT, "Steps from frame to frame.", default=DEFAULT_EVERY)
@@ -215,8 +229,25 @@ TRACERS = option(
     "Number of particles carried by the flow. They are points of <OUT>.tracers.*.vtp, part 1 of the series, and "
     "streaks in films.",
 )
-WIDTH = option(
-    "--width", "PX", Number(120, 4000, whole=True), "Width of each panel of a picture, in pixels.", default=PANEL_WIDTH
+#: Options of every command that draws, which `PictureFiles.take` takes out of a group's values.
+DRAWING = (
+    option("--svg", "FILE", OUTPUT, "The picture as SVG, with texts and color bars as vectors."),
+    option("--pdf", "FILE", OUTPUT, "The picture as PDF, with texts and color bars as vectors."),
+    option("--view", "VIEW", ViewName(), "front, back, left, right, top, bottom or AZIMUTH,ELEVATION in degrees."),
+    option("--up", "x|y|z", Choice(UpAxis), "Axis that points up in pictures.  [default: guessed]"),
+    option("--zoom", "F", Number(0.01, 100), "Magnification of the mesh in its panel.", default=1.0),
+    option(
+        "--width",
+        "PX",
+        Number(120, 4000, whole=True),
+        "Width of each panel of a picture, in pixels. Text and lines scale with it.",
+        default=PANEL_WIDTH,
+    ),
+    option("--dpi", "N", Number(10, 2400), "Pixels per inch, which set the size on paper."),
+    option("--colormap", "NAME", ColorMap(), "Color map of the main quantity: a name of matplotlib."),
+    option("--range limits", "LO,HI", Limits(), "Values at the ends of the color bar of the main quantity."),
+    option("--isolines", "D|N|none", Isolines(), "Isolines: their number such as 12, or spacing such as 0.5 or 5.0."),
+    flag("--transparent", "Make the background transparent."),
 )
 QUIET = flag("-q --quiet", "Print nothing but errors.")
 VERBOSE = flag("-v --verbose", "Print on stderr what is done, with times.")
@@ -234,7 +265,7 @@ FIELD_FILES = OptionGroup(
     OUTPUT_FORMAT,
     option("--png", "FILE", OUTPUT, "Picture."),
     flag("--no-png", "Draw no picture."),
-    WIDTH,
+    *DRAWING,
     name="files",
 )
 #: Files of a command that computes curves on the mesh, as `Job.plan` takes them.
@@ -249,7 +280,7 @@ CURVE_FILES = OptionGroup(
     ),
     option("--png", "FILE", OUTPUT, "Picture."),
     flag("--no-png", "Draw no picture."),
-    WIDTH,
+    *DRAWING,
     name="files",
 )
 #: Files of a command that computes a time series, as `FrameWriter.plan` takes them.
@@ -259,13 +290,15 @@ SERIES_FILES = OptionGroup(
         "-o --output",
         "OUT.pvd",
         OUTPUT,
-        "Time series, with its .vtp frames and a .vtp.series index beside it.  [default: <stem>.<command>.pvd]",
+        "Time series, with its .vtp frames and a .vtp.series index beside it.  [default: in <stem>.<command>/]",
     ),
     option("--csv", "FILE", OUTPUT, "Table with one line per frame."),
     option("--gif", "FILE", OUTPUT, "Film of the frames as GIF."),
     option("--mp4", "FILE", OUTPUT, "Film of the frames as MP4. Needs imageio-ffmpeg."),
+    option("--fps", "N", Number(1, 50), "Frames of a film per second.", default=FRAMES_PER_SECOND),
     option("--png", "FILE", OUTPUT, "Contact sheet of at most twelve frames."),
-    WIDTH,
+    flag("--no-png", "Draw no contact sheet and no film."),
+    *DRAWING,
     name="files",
 )
 

@@ -87,7 +87,7 @@ def path(
     begins, finishes = (concatenate([path.end(k) for path in found]) for k in (0, -1))
     job.write(
         polylines(found),
-        lambda cloud, width: curve_picture(mesh, cloud, begins, finishes, width=width),
+        lambda cloud, look: curve_picture(mesh, cloud, begins, finishes, look),
         write_curves,
     )
     reports = [curve_report(path) for path in found]

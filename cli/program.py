@@ -21,6 +21,7 @@ from geomhw_cli.operators import operators
 from geomhw_cli.path import path
 from geomhw_cli.repair import repair
 from geomhw_cli.runtime import interrupts
+from geomhw_cli.runtime.pictures import keep_command_line
 from geomhw_cli.vecdiffuse import vecdiffuse
 from geomhw_cli.view import view
 
@@ -43,6 +44,7 @@ class Program(click.Group):
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """Choose the exit code of failures by the command line."""
         ctx.obj = failure_code(args)
+        keep_command_line(ctx, args)
         return super().parse_args(ctx, args)
 
     def resolve_command(self, ctx: click.Context, args: list[str]) -> Any:

@@ -27,12 +27,16 @@ Advection = Literal["full", "increment"]
 ForceName = Literal["jet", "none"]
 #: What a field has one row for; ``mesh``: values of the whole, such as a time.
 Location = Literal["vertex", "face", "mesh"]
+#: The axis that points up in a picture.
+UpAxis = Literal["x", "y", "z"]
 #: What the picture of `geodesic` shows.
 GeodesicPanel = Literal["heat", "gradient", "divergence", "distance"]
 #: Panels in that picture by default.
 HEAT_METHOD: tuple[GeodesicPanel, ...] = ("heat", "divergence", "distance")
-#: Width of a panel of a picture, in pixels.
-PANEL_WIDTH = 600
+#: Width of a panel of a picture, in pixels, and frames of a film per second.
+PANEL_WIDTH, FRAMES_PER_SECOND = 600, 10
+#: Initial color of a flow.
+DEFAULT_COLOR = "waves"
 #: Time step, number of the last step, and steps from frame to frame, as in the handout.
 DEFAULT_DT, DEFAULT_STEPS, DEFAULT_EVERY = 0.0005, 1980, 66
 #: Most steps of a run.

@@ -1,42 +1,44 @@
 """Output of a time-dependent command: frames of a series, a table, films and a contact sheet."""
 
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
-from dataclasses import dataclass, field
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
+from geomhw.errors import RenderError
 from geomhw_cli.runtime.background_writer import BackgroundWriter
-from geomhw_cli.runtime.interrupts import restored, whole
+from geomhw_cli.runtime.interrupts import delayed, restored, whole
 from geomhw_cli.runtime.job import Job
-from geomhw_cli.runtime.memory import DRAWING, require_memory
+from geomhw_cli.runtime.pictures import PictureFiles, load_renderer
 from geomhw_cli.specs.files import file_stem, inputs, require_writable
 
 if TYPE_CHECKING:
     from geomhw.io import SeriesWriter
     from geomhw.results import Cloud, Result
 
-#: Pictures on a contact sheet, at most.
-MAX_ON_SHEET = 12
 #: Removed files that the report lists, at most.
 MAX_REMOVED = 8
-#: Kinds of files that show pictures of the frames.
-PICTURES = {"gif", "mp4", "png"}
+#: Kinds of films.
+FILMS = ("gif", "mp4")
 
 
 @dataclass
 class FrameWriter:
     """Writes frames during the computation and, at the end, films of them.
 
-    extras: paths of the table and the films, by kind. rows: of the table, one per frame. background: the thread that
-    writes frames. can_restart: whether this run has written a checkpoint.
+    pictures: the contact sheet. extras: paths of the table and the films, by kind. rows: of the table, one per frame.
+    background: the thread that writes frames. can_restart: whether this run has written a checkpoint.
     """
 
     job: Job
     series: "SeriesWriter"
+    pictures: PictureFiles
     extras: dict[str, Path]
+    fps: float
     rows: list[dict[str, float]] = field(default_factory=list)
     background: BackgroundWriter = field(default_factory=BackgroundWriter)
     can_restart: bool = False
@@ -49,37 +51,50 @@ class FrameWriter:
         report: Mapping[str, Any],
         *,
         output: Path | None,
-        width: int,
+        fps: float,
+        no_png: bool,
         restart: Path | None = None,
-        **extras: Path | None,
+        **settings: Any,
     ) -> "FrameWriter":
         """Check, before any computation, that all files can be written.
 
-        output: of the series, by default ``<stem>.<command>.pvd``. restart: the checkpoint that the run goes on from,
-        which may be that of the series.
+        output: of the series; by default frames are in the folder ``<stem>.<command>/``, with a contact sheet and a
+        film beside it. restart: the checkpoint that the run goes on from, which may be that of the series. settings:
+        files by kind, and values of `options.DRAWING`.
         """
         from geomhw.errors import FormatError
         from geomhw.io import SeriesWriter, require_mp4
         from geomhw.io.locks import locked
         from geomhw.render.offscreen import prepare
 
-        output = output or Path(f"{file_stem(mesh_path)}.{command}.pvd")
+        name = f"{file_stem(mesh_path)}.{command}"
+        pictures = PictureFiles.take(settings)
+        drawn = [*pictures.paths, *(kind for kind in FILMS if settings[kind])]
+        if no_png and drawn:
+            raise click.UsageError(f"--{drawn[0]} and --no-png exclude each other.")
+        default = Path(name, f"{name}.pvd")
+        if output in (None, default) and not (drawn or no_png):
+            pictures.paths, settings["gif"] = {"png": Path(f"{name}.png")}, Path(f"{name}.gif")
+        output = output or _in_folder(default)
         require_writable([output], [".pvd"])
-        wanted = {kind: path for kind, path in extras.items() if path}
+        pictures.require()
+        wanted = {kind: path for kind, path in settings.items() if path}
         for kind, path in wanted.items():
             require_writable([path], [f".{kind}"])
-        require_writable([output, *wanted.values()], [".pvd", *(f".{kind}" for kind in wanted)])
+        files = {**wanted, **pictures.paths}
+        require_writable([output, *files.values()], [".pvd", *(f".{kind}" for kind in files)])
         series = SeriesWriter(output)
         kept = [path for path in inputs() if path != restart or not _is_same(path, series.state)]
         if lost := next(filter(series.writes, kept), None):
             raise FormatError(f"cannot write {output}: one of its files is the input {lost}, which would be lost")
-        click.get_current_context().with_resource(locked([output, *wanted.values()]))
+        click.get_current_context().with_resource(locked([output, *files.values()]))
         if "mp4" in wanted:
             require_mp4()
-        if wanted.keys() & PICTURES:
-            require_memory(DRAWING, "drawing")
+        if drawn:
             prepare()
-        return cls(Job(command, mesh_path, width=width, **report), series, wanted)
+        if wanted.keys() & set(FILMS):
+            load_renderer()
+        return cls(Job(command, mesh_path, **report), series, pictures, wanted, fps)
 
     @property
     def checkpoint(self) -> Path:
@@ -142,30 +157,56 @@ class FrameWriter:
         if csv := self.extras.get("csv"):
             written.append(csv)
         self.job.written += map(str, written)
-        pictures = [str(path) for kind, path in self.extras.items() if kind in PICTURES]
+        films = [path for kind, path in self.extras.items() if kind in FILMS]
+        pictures = [str(path) for path in [*self.pictures.paths.values(), *films]]
         if pictures:
-            with self.job.telling_written(pictures):
-                self._draw()
+            try:
+                with self.job.telling_written(pictures):
+                    self._draw()
+            except RenderError as error:
+                where = ", ".join(map(str, written))
+                raise RenderError(f"{error} ({where} is written; --no-png leaves the pictures out)") from error
             self.job.written += pictures
 
     def _draw(self) -> None:
         """Draw the films and the contact sheet."""
-        from geomhw.io import read, read_cloud, write_gif, write_mp4, write_png
+        from geomhw.io import read, read_cloud, write_gif, write_mp4
         from geomhw.render.flow_pictures import contact_sheet, flow_film
 
         frames, folder = self.series.frames, self.series.path.parent
         results = [read(folder / frame.file) for frame in frames]
         clouds = [read_cloud(folder / frame.tracers) for frame in frames if frame.tracers]
+        look, gif, mp4 = self.pictures.look, self.extras.get("gif"), self.extras.get("mp4")
         with self.job.stage("render"):
-            images = list(whole(flow_film(results, clouds, width=self.job.width)))
-            if gif := self.extras.get("gif"):
-                write_gif(gif, images)
-            if mp4 := self.extras.get("mp4"):
-                write_mp4(mp4, images)
-            if png := self.extras.get("png"):
-                count = min(MAX_ON_SHEET, len(images))
-                chosen = [round(k * (len(images) - 1) / max(count - 1, 1)) for k in range(count)]
-                write_png(png, contact_sheet([images[k] for k in chosen]))
+            if gif or mp4:
+                images = list(whole(flow_film(results, clouds, replace(look, transparent=False))))
+                if gif:
+                    write_gif(gif, images, self.fps)
+                if mp4:
+                    write_mp4(mp4, images, self.fps)
+            if self.pictures.paths:
+                with delayed():  # VTK crashes if it is interrupted
+                    sheet = contact_sheet(results, clouds, look)
+                self.pictures.write(sheet)
+
+
+def _in_folder(path: Path) -> Path:
+    """Make the folder of a file, which is removed if it is empty at the end of the command, and return the path."""
+    from geomhw.errors import FormatError
+
+    try:
+        path.parent.mkdir()
+    except OSError as error:
+        if not path.parent.is_dir():
+            raise FormatError(f"cannot write {path}: {path.parent} is no folder and cannot be made one") from error
+        return path
+    click.get_current_context().call_on_close(partial(_remove_empty, path.parent))
+    return path
+
+
+def _remove_empty(folder: Path) -> None:
+    with suppress(OSError):
+        folder.rmdir()
 
 
 def _is_same(one: Path, other: Path) -> bool:

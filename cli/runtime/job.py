@@ -11,11 +11,10 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from geomhw.errors import RenderError
-from geomhw.options import PANEL_WIDTH
 from geomhw.stages import Stages
 from geomhw.wording import counted
 from geomhw_cli.runtime.interrupts import delayed, restored
-from geomhw_cli.runtime.memory import DRAWING, require_memory
+from geomhw_cli.runtime.pictures import PictureFiles
 from geomhw_cli.specs.files import STANDARD, file_stem, read_input, require_writable, write_outputs
 
 if TYPE_CHECKING:
@@ -26,14 +25,14 @@ if TYPE_CHECKING:
 class Job:
     """A run of a command on one mesh.
 
-    outputs, png: files to write. notes: remarks of the reader. remarks: lines for the report. written: files so far.
+    outputs, pictures: files to write. notes: remarks of the reader. remarks: lines for the report. written: files so
+    far.
     """
 
     command: str
     mesh_path: Path
     outputs: Sequence[Path] = ()
-    png: Path | None = None
-    width: int = PANEL_WIDTH
+    pictures: PictureFiles | None = None
     as_json: bool = False
     quiet: bool = False
     verbose: bool = False
@@ -53,32 +52,30 @@ class Job:
         mesh_path: Path,
         *,
         outputs: Sequence[Path],
-        png: Path | None,
         no_png: bool,
-        width: int,
         extensions: Sequence[str] = (),
-        **report: Any,
+        **settings: Any,
     ) -> "Job":
         """Check, before any computation, that all files can be written.
 
         Without outputs, they are ``<stem>.<command>`` with the first extension and ``.png`` in the current directory.
-        extensions: of outputs, by default those of meshes.
+        extensions: of outputs, by default those of meshes. settings: values of `options.DRAWING` and `options.REPORT`.
         """
         from geomhw.io import WRITABLE
 
         extensions = extensions or WRITABLE
-        if png and no_png:
-            raise click.UsageError("--png and --no-png exclude each other.")
+        pictures = PictureFiles.take(settings)
+        if pictures.paths and no_png:
+            raise click.UsageError(f"--{next(iter(pictures.paths))} and --no-png exclude each other.")
         name = f"{file_stem(mesh_path)}.{command}"
         if not outputs:
             outputs = [Path(f"{name}{extensions[0]}")]
-            png = png or (None if no_png else Path(f"{name}.png"))
+            if not (pictures.paths or no_png):
+                pictures.paths = {"png": Path(f"{name}.png")}
         require_writable(outputs, extensions)
-        if png:
-            require_memory(DRAWING, "drawing")
-            require_writable([png], [".png"])
-            require_writable([*outputs, png], [*extensions, ".png"])
-        return cls(command, mesh_path, outputs, png, width, **report)
+        pictures.require()
+        require_writable([*outputs, *pictures.paths.values()], [*extensions, *(f".{kind}" for kind in pictures.paths)])
+        return cls(command, mesh_path, outputs, pictures, **settings)
 
     @contextmanager
     def stage(self, name: str) -> Iterator[None]:
@@ -118,23 +115,22 @@ class Job:
     ) -> None:
         """Write the data files, all or none, then the picture, so that a failure to draw loses no data.
 
-        picture: draws a result, with panels of a ``width``. writer: writes a result to files, by default one on a mesh.
+        picture: draws a result, with a ``look``. writer: writes a result to files, by default one on a mesh.
         """
-        from geomhw.io import write_png
-
         with self.stage("write"):
             writer(result, self.outputs)
         self.written += map(str, self.outputs)
-        if self.png:
+        if self.pictures and self.pictures.paths:
+            names = [str(path) for path in self.pictures.paths.values()]
             try:
-                with self.stage("render"), self.telling_written([str(self.png)]):
+                with self.stage("render"), self.telling_written(names):
                     with delayed():  # VTK crashes if it is interrupted
-                        image = picture(result, width=self.width)
-                    write_png(self.png, image)
+                        image = picture(result, look=self.pictures.look)
+                    self.pictures.write(image)
             except RenderError as error:
                 done = ", ".join(self.written)
                 raise RenderError(f"{error} ({done} is written; --no-png leaves the picture out)") from error
-            self.written.append(str(self.png))
+            self.written += names
 
     @contextmanager
     def telling_written(self, pictures: Sequence[str]) -> Iterator[None]:

@@ -19,8 +19,9 @@ FIELD_HELP = (
     "AXIS is x, y, z or X,Y,Z; or FILE:ARRAY, per face or per vertex"
 )
 COLOR_HELP = (
-    "hue (cos²(3z)), hue:AXIS (the same along an axis, from -1 to 1 over the mesh), stripes, x, y, z, blob:SOURCE (at "
-    "a vertex, face:17, max-y, near:X,Y,Z, ...), or FILE:ARRAY per vertex"
+    "waves (cells of an eighth of the bounding box), handout (hue cos²(3z)), hue:AXIS (the same along an axis, from -1 "
+    "to 1 over the mesh), stripes, x, y, z, blob:SOURCE (at a vertex, face:17, max-y, near:X,Y,Z, ...), or FILE:ARRAY "
+    "per vertex"
 )
 FLOW_HELP = "random:SEED[:WAVES], rossby-haurwitz:DEGREE, vortices:V1=+1,V2=-1, harmonic:K"
 _KINDS = ("hue", "rotation", "rigid", "random", "blob", "rossby-haurwitz", "vortices", "harmonic")
@@ -88,14 +89,16 @@ def color(spec: str, mesh: "TriangleMesh", remarks: list[str] | None = None) -> 
     import numpy as np
 
     from geomhw.errors import ArgumentError, FieldError
-    from geomhw.flow.initial_fields import bump, hue_stripes
+    from geomhw.flow.initial_fields import bump, hue_stripes, waves
     from geomhw.io import read_field
 
     kind, _, rest = spec.partition(":")
     if spec in _AXES:
         return np.array(mesh.vertices[:, "xyz".index(spec)])
-    if kind == "hue":
-        return hue_stripes(mesh, None if spec == "hue" else axis(rest))
+    if spec == "waves":
+        return waves(mesh)
+    if spec == "handout" or kind == "hue":
+        return hue_stripes(mesh, None if spec in ("handout", "hue") else axis(rest))
     if spec == "stripes":
         return np.cos(5 * mesh.vertices[:, 2])
     if kind == "blob":

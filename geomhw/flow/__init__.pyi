@@ -20,6 +20,9 @@ from .initial_fields import (
 from .initial_fields import (
     rotation_field as rotation_field,
 )
+from .initial_fields import (
+    waves as waves,
+)
 from .passive_scalar import PassiveScalar as PassiveScalar
 from .pathlines import PathlineTracer as PathlineTracer
 from .stream_function import StreamFunctionSolver as StreamFunctionSolver

@@ -61,6 +61,19 @@ def hue_stripes(mesh: TriangleMesh, axis: ArrayLike | None = None) -> Floats:
     return np.clip(2 - 6 * distance, 0, 1)
 
 
+def waves(mesh: TriangleMesh) -> Floats:
+    """Return a pattern of smooth cells, (n,), between 0 and 1: the mean of three cosines along the coordinate axes.
+
+    They are in phase at the center of the bounding box. The wavelength is an eighth of its diagonal, and at least 6 h.
+    Unlike `hue_stripes`, the pattern is visible on a mesh of any shape and scale.
+    """
+    used = mesh.vertices[np.unique(mesh.faces)]
+    low, high = used.min(axis=0), used.max(axis=0)
+    wavelength = max(float(np.linalg.norm(high - low)) / 8, 6 * mesh.mean_edge_length)
+    phase = 2 * np.pi / wavelength * (mesh.vertices - (low + high) / 2)
+    return np.asarray(0.5 + np.cos(phase).sum(axis=1) / 6)
+
+
 def _normalized_height(mesh: TriangleMesh, axis: ArrayLike) -> Floats:
     """Coordinate of each vertex along an axis, (n,), from -1 to 1 over the mesh; zero if the mesh has no extent."""
     height = mesh.vertices @ unit(np.asarray(axis, dtype=float))

@@ -19,7 +19,7 @@ _WRITERS = {".vtk": write_vtk, ".vtp": write_vtp, ".vtu": write_vtu, ".ply": wri
 WRITABLE = tuple(_WRITERS)
 
 
-def write(result: Result, paths: str | Path | Sequence[str | Path]) -> None:
+def write(result: Result, paths: str | Path | Sequence[str | Path], *, compress: bool = False) -> None:
     """Write a mesh and its fields to one or several files; equal results give equal bytes.
 
     Parameters
@@ -28,6 +28,8 @@ def write(result: Result, paths: str | Path | Sequence[str | Path]) -> None:
         Mesh, fields of real numbers; the report is not written.
     paths
         Files with the extensions ``WRITABLE``. On any error, all of them stay as they were.
+    compress
+        Compress the arrays of ``.vtp`` files by zlib.
 
     Raises
     ------
@@ -55,7 +57,10 @@ def write(result: Result, paths: str | Path | Sequence[str | Path]) -> None:
     with replacing(targets) as temporaries:
         for temporary in temporaries:
             with temporary.open("wb") as stream:
-                _WRITERS[temporary.suffix.lower()](result, stream)
+                if compress and temporary.suffix.lower() == ".vtp":
+                    write_vtp(result, stream, compress=True)
+                else:
+                    _WRITERS[temporary.suffix.lower()](result, stream)
 
 
 def write_stream(result: Result, stream: BinaryIO, extension: str) -> None:
@@ -70,12 +75,12 @@ def write_stream(result: Result, stream: BinaryIO, extension: str) -> None:
     _WRITERS[extension](result, stream)
 
 
-def write_cloud(cloud: Cloud, path: str | Path) -> None:
-    """Write points and their fields to a ``.vtp`` file atomically; errors are those of `write`."""
+def write_cloud(cloud: Cloud, path: str | Path, *, compress: bool = False) -> None:
+    """Write points and their fields to a ``.vtp`` file atomically; arguments and errors are those of `write`."""
     check_outputs([path], extensions=[".vtp"])
     _check_fields(cloud)
     with replacing([path]) as (temporary,), temporary.open("wb") as stream:
-        write_vtp_cloud(cloud, stream)
+        write_vtp_cloud(cloud, stream, compress)
 
 
 def check_outputs(

@@ -2,7 +2,17 @@ from .curve_pictures import curve_picture as curve_picture
 from .flow_pictures import contact_sheet as contact_sheet
 from .flow_pictures import flow_film as flow_film
 from .interactive import show_window as show_window
+from .layers import Arrows as Arrows
+from .layers import Curves as Curves
+from .layers import Marker as Marker
+from .layers import Panel as Panel
+from .layers import Streaks as Streaks
+from .layers import Surface as Surface
+from .look import Look as Look
 from .page import page as page
+from .panels import Picture as Picture
+from .panels import draw as draw
+from .panels import save_vector as save_vector
 from .pictures import geodesic_picture as geodesic_picture
 from .pictures import helmholtz_picture as helmholtz_picture
 from .vector_pictures import transport_picture as transport_picture

@@ -1,54 +1,43 @@
-"""Titles, color bars, arrow keys, markers and labels, drawn with Pillow over a picture."""
+"""Titles, color bars, arrow keys, markers and labels of a panel, added to a canvas."""
 
 from collections.abc import Sequence
-from functools import cache
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from geomhw.arrays import Floats
 from geomhw.render import colors
+from geomhw.render.canvas import Box, Canvas, arrow_outline, text_width
 from geomhw.render.colors import Shades
 from geomhw.render.layers import Theme
 
-Box = tuple[float, float, float, float]  # left, top, right, bottom
+#: Smallest size of a text, in pixels.
+SMALLEST = 10
 
 
-@cache
-def font(size: int, bold: bool = False) -> Any:
-    """Load DejaVu Sans, which matplotlib installs and which has mathematical symbols."""
-    import matplotlib
-    from PIL import ImageFont
-
-    name = "DejaVuSans-Bold.ttf" if bold else "DejaVuSans.ttf"
-    return ImageFont.truetype(f"{matplotlib.get_data_path()}/fonts/ttf/{name}", size)
-
-
-def title(pen: Any, text: str, box: Box, size: int, theme: Theme) -> None:
+def title(canvas: Canvas, text: str, box: Box, size: float, theme: Theme) -> None:
     """Draw a text in the middle of a box, smaller if it does not fit."""
-    while size > 8 and pen.textlength(text, font=font(size)) > box[2] - box[0]:
+    room = box[2] - box[0]
+    while size > SMALLEST and text_width(text, size) > room:
         size -= 1
-    middle = ((box[0] + box[2]) / 2, (box[1] + box[3]) / 2)
-    pen.text(middle, text, fill=theme.ink, font=font(size), anchor="mm")
+    while len(text) > 1 and text_width(text, size) > room:
+        text = text.removesuffix("…")[:-1] + "…"
+    canvas.text((box[0] + box[2]) / 2, (box[1] + box[3]) / 2, text, size, theme.ink)
 
 
-def color_bar(pen: Any, shades: Shades, label: str, box: Box, size: int, theme: Theme) -> None:
-    """Draw a horizontal color bar with ticks; an end is pointed if data lie beyond it."""
+def color_bar(canvas: Canvas, shades: Shades, label: str, box: Box, size: float, theme: Theme) -> None:
+    """Draw a horizontal color bar with ticks and a label below; an end is pointed if data lie beyond it."""
     left, top, right, _ = (round(side) for side in box)
     height = round(0.85 * size)
     table = shades.table[:, :3]
-    places = np.arange(left, right)
-    index = ((places - left) * len(table) // (right - left)).tolist()
-    for x, k in zip(places.tolist(), index, strict=True):  # a few hundred columns
-        pen.line([(x, top), (x, top + height)], fill=tuple(table[k].tolist()))
+    canvas.image(np.ascontiguousarray(table[None]), (left, top, right, top + height))
     for beyond, x, way, color in (
         (shades.clipped[0], left, -1, table[0]),
-        (shades.clipped[1], right - 1, 1, table[-1]),
+        (shades.clipped[1], right, 1, table[-1]),
     ):
         if beyond:
             tip = (x + way * 0.75 * height, top + height / 2)
-            pen.polygon([(x, top), tip, (x, top + height)], fill=tuple(color.tolist()))
+            canvas.polygon([(x, top), tip, (x, top + height)], f"#{bytes(color.tolist()).hex()}")
     low, high = shades.limits
     values = colors.ticks(low, high, whole=shades.log)
     if shades.log and not len(values):  # within one power of ten
@@ -58,72 +47,78 @@ def color_bar(pen: Any, shades: Shades, label: str, box: Box, size: int, theme: 
         texts, power = [f"10{colors.superscript(round(value))}" for value in values], ""
     else:
         texts, power = colors.tick_labels(values)
+    thick = max(1.0, size / 14)
     for value, text in zip(values.tolist(), texts, strict=True):
-        x = left + (value - low) / (high - low) * (right - 1 - left)
-        pen.line([(x, top + height), (x, top + height + 0.3 * size)], fill=theme.ink)
-        pen.text((x, top + height + 0.4 * size), text, fill=theme.ink, font=font(size), anchor="ma")
-    suffix = " ".join(part for part in (power, label) if part)
-    if suffix:
-        pen.text((right + height, top + height / 2), suffix, fill=theme.ink, font=font(size), anchor="lm")
+        x = left + (value - low) / (high - low) * (right - left)
+        canvas.rectangle((x - thick / 2, top + height, x + thick / 2, top + height + 0.3 * size), theme.ink)
+        canvas.text(x, top + height + 0.4 * size, text, size, theme.ink, anchor="ma")
+    if power:
+        canvas.text(right + height, top + height / 2, power, size, theme.ink, anchor="lm")
+    if label:
+        room = (0, top + height + 1.6 * size, left + right, top + height + 3.0 * size)
+        title(canvas, label, room, size, theme)
 
 
-def arrow_key(pen: Any, length: float, text: str, box: Box, size: int, theme: Theme) -> None:
+def arrow_key(canvas: Canvas, length: float, text: str, box: Box, size: float, theme: Theme, color: str) -> None:
     """Draw an arrow of the given length and the magnitude it represents, in the middle of a box."""
-    width = length + 0.5 * size + pen.textlength(text, font=font(size))
+    width = length + 0.5 * size + text_width(text, size)
     x, y = (box[0] + box[2] - width) / 2, (box[1] + box[3]) / 2
-    head = 0.35 * size
-    pen.line([(x, y), (x + length - head, y)], fill=theme.ink, width=2)
-    pen.polygon(
-        [(x + length - 1.6 * head, y - head), (x + length, y), (x + length - 1.6 * head, y + head)], fill=theme.ink
-    )
-    pen.text((x + length + 0.5 * size, y), text, fill=theme.ink, font=font(size), anchor="lm")
+    canvas.polygon(arrow_outline((x, y), (x + length, y), max(2.0, 0.1 * length)), color)
+    canvas.text(x + length + 0.5 * size, y, text, size, theme.ink, anchor="lm")
 
 
-def disc(pen: Any, place: Floats, radius: float, color: str, hidden: bool) -> None:
+def disc(canvas: Canvas, place: Floats, radius: float, color: str, hidden: bool, halo: str) -> None:
     """Draw a disc with a bright rim; a ring if the marked point is hidden by the surface."""
     x, y = place.tolist()
-
-    def ellipse(r: float, **look: Any) -> None:
-        pen.ellipse([x - r, y - r, x + r, y + r], **look)
-
-    if hidden:
-        ellipse(1.25 * radius, outline="#ffffff", width=round(1.05 * radius))
-        ellipse(1.05 * radius, outline=color, width=round(0.6 * radius))
-    else:
-        ellipse(1.35 * radius, fill="#ffffff")
-        ellipse(radius, fill=color)
+    if not hidden:
+        canvas.disc(x, y, 1.35 * radius, halo)
+        canvas.disc(x, y, radius, color)
+        return
+    for inner, outer, shade in ((0.2, 1.25, halo), (0.45, 1.05, color)):
+        angle = np.linspace(0, 2 * np.pi, 49)
+        ring = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+        canvas.polygon(np.concatenate([outer * ring, inner * ring[::-1]]) * radius + [x, y], shade)
 
 
-def labels(sheet: Any, texts: Sequence[tuple[str, str, Floats]], box: Box, size: int, theme: Theme) -> None:
-    """Draw texts, each with its color, next to their places: inside the box, apart from each other and off the mesh."""
-    from PIL import ImageDraw
+def vector(canvas: Canvas, place: Floats, along: Floats, size: float, color: str, halo: str) -> None:
+    """Draw an arrow with a bright outline from a place, (2,), along a vector, (2,), in pixels."""
+    if np.hypot(*along) < 1:
+        return
+    ahead = along / np.hypot(*along)
+    thick = 0.24 * size
+    canvas.polygon(arrow_outline(place - ahead, place + along + 1.8 * ahead, 1.8 * thick), halo)
+    canvas.polygon(arrow_outline(place, place + along, thick), color)
 
-    pen = ImageDraw.Draw(sheet)
-    empty = np.asarray(sheet.crop((0, 0, 1, 1)))[0, 0]
-    ink = (np.asarray(sheet) != empty).any(axis=2)
+
+def labels(
+    canvas: Canvas,
+    texts: Sequence[tuple[str, str, Floats]],
+    ink: NDArray[np.bool_],
+    box: Box,
+    size: float,
+    theme: Theme,
+    taken: Sequence[Box] = (),
+) -> None:
+    """Draw texts, each with its color, next to their places: inside the box, apart from each other and off the mesh.
+
+    ink: mask of the pixels of the mesh on the canvas. taken: boxes to keep free.
+    """
     gap = 0.75 * size
     near = 0.6 * size
-    taken: list[Box] = [(x - near, y - near, x + near, y + near) for _, _, (x, y) in texts]
+    full: list[Box] = [*taken, *((x - near, y - near, x + near, y + near) for _, _, (x, y) in texts)]
     for text, color, place in texts:
         if not text:
             continue
-        width, height = pen.textlength(text, font=font(size, bold=True)), 1.25 * size
+        width, height = text_width(text, size, bold=True), 1.25 * size
         spots = [_inside(spot, box) for spot in _spots(place, width, height, gap)]
         covered = [
-            10 * sum(_overlap(spot, other) for other in taken) / (width * height) + _filled(ink, spot) + 0.05 * number
+            10 * sum(_overlap(spot, other) for other in full) / (width * height) + _filled(ink, spot) + 0.05 * number
             for number, spot in enumerate(spots)
         ]
         spot = spots[int(np.argmin(covered))]
-        taken.append(spot)
-        pen.text(
-            ((spot[0] + spot[2]) / 2, (spot[1] + spot[3]) / 2),
-            text,
-            fill=color,
-            font=font(size, bold=True),
-            anchor="mm",
-            stroke_width=max(2, round(size / 6)),
-            stroke_fill=theme.background,
-        )
+        full.append(spot)
+        middle = (spot[0] + spot[2]) / 2, (spot[1] + spot[3]) / 2
+        canvas.text(*middle, text, size, color, bold=True, halo=theme.halo)
 
 
 def _filled(ink: NDArray[np.bool_], spot: Box) -> float:
@@ -134,18 +129,14 @@ def _filled(ink: NDArray[np.bool_], spot: Box) -> float:
 
 
 def _spots(place: Floats, width: float, height: float, gap: float) -> list[Box]:
-    """Return candidate boxes around a place, the best first: right, left, above, below, diagonal."""
+    """Return candidate boxes around a place, the best first: right, left, above, below, diagonal, and farther away."""
     x, y = place.tolist()
-    corners = [
-        (x + gap, y - height / 2),
-        (x - gap - width, y - height / 2),
-        (x - width / 2, y - gap - height),
-        (x - width / 2, y + gap),
-        (x + gap, y - gap - height),
-        (x - gap - width, y - gap - height),
-        (x + gap, y + gap),
-        (x - gap - width, y + gap),
-    ]
+    corners = []
+    for far in (gap, 3 * gap):
+        right, left, above, below = x + far, x - far - width, y - far - height, y + far
+        middle, level = x - width / 2, y - height / 2
+        corners += [(right, level), (left, level), (middle, above), (middle, below)]
+        corners += [(right, above), (left, above), (right, below), (left, below)]
     return [(left, top, left + width, top + height) for left, top in corners]
 
 

@@ -12,6 +12,7 @@ from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.render.layers import Surface
 
 Table = NDArray[np.uint8]
+MOST_ISOLINES = 1000
 
 
 @dataclass(frozen=True)
@@ -20,6 +21,7 @@ class Shades:
 
     values: 0 to 1 along the color map, or uint8 RGB rows. known: mask of the finite values. limits: values, or their
     logarithms, at the ends of the map. clipped: whether data lie below and above the limits. levels: isolines, 0 to 1.
+    spacing: of the isolines, in values.
     """
 
     values: NDArray[Any]
@@ -30,6 +32,7 @@ class Shades:
     clipped: tuple[bool, bool] = (False, False)
     log: bool = False
     levels: Floats = ()  # type: ignore[assignment]
+    spacing: float = 0.0
 
     @property
     def rgb(self) -> bool:
@@ -65,17 +68,42 @@ def shade(surface: Surface, mesh: TriangleMesh) -> Shades | None:
         values, below = _logarithm(values, known, surface.decades)
     low, high = limits = _limits(values[known], surface)
     scaled = np.clip((np.where(known, values, low) - low) / (high - low), 0, 1)
-    levels = np.arange(1, surface.isolines + 1) / (surface.isolines + 1)
-    clipped = below or bool(np.any(values[known] < low)), bool(np.any(values[known] > high))
-    return Shades(scaled, known, surface.location, table, limits, clipped, surface.log, levels)
+    levels, spacing = _levels(surface, low, high)
+    clipped = surface.beyond or (below or bool(np.any(values[known] < low)), bool(np.any(values[known] > high)))
+    return Shades(scaled, known, surface.location, table, limits, clipped, surface.log, levels, spacing)
 
 
 def color_table(name: str, span: tuple[float, float] = (0.0, 1.0), colors: int = 256) -> Table:
     """Return the RGBA rows of a matplotlib color map, (colors, 4) uint8."""
     import matplotlib
 
+    if name not in matplotlib.colormaps:
+        raise FieldError(f"there is no color map '{name}'; viridis, cividis, magma and twilight are some")
     table: Table = matplotlib.colormaps[name](np.linspace(*span, colors), bytes=True)
     return table
+
+
+def _levels(surface: Surface, low: float, high: float) -> tuple[Floats, float]:
+    """Return isolines, 0 to 1 along the color map, and their spacing."""
+    lines = surface.isolines
+    if isinstance(lines, int):
+        return np.arange(1, lines + 1) / (lines + 1), (high - low) / (lines + 1)
+    if (high - low) / lines > MOST_ISOLINES:
+        raise FieldError(f"isolines every {lines:g} are more than {MOST_ISOLINES} between {low:g} and {high:g}")
+    values = lines * np.arange(np.floor(low / lines) + 1, np.ceil(high / lines))
+    return (values - low) / (high - low), lines
+
+
+def round_spacing(extent: float, most: int = 20) -> float:
+    """Return the smallest round number, one or two digits, of which ``most`` cover an extent."""
+    steps = 10.0 ** np.floor(np.log10(extent / most)) * np.array([1, 1.5, 2, 2.5, 3, 4, 5, 6, 8, 10])
+    return float(steps[steps >= extent / most * (1 - 1e-9)][0])
+
+
+def round_below(value: float) -> float:
+    """Return the largest round number, 1, 2 or 5 times a power of ten, up to a value."""
+    power = 10.0 ** np.floor(np.log10(value))
+    return float(max(factor * power for factor in (0.5, 1, 2, 5) if factor * power <= value * (1 + 1e-9)))
 
 
 def _logarithm(values: Floats, known: NDArray[np.bool_], decades: float) -> tuple[Floats, bool]:

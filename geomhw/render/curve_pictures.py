@@ -6,10 +6,9 @@ import numpy as np
 
 from geomhw.mesh.surface_points import SurfacePoints
 from geomhw.mesh.triangle_mesh import TriangleMesh
-from geomhw.options import PANEL_WIDTH
 from geomhw.render.layers import Curves, Panel
-from geomhw.render.panels import draw
-from geomhw.render.scene import Image
+from geomhw.render.look import AUTOMATIC, Look
+from geomhw.render.panels import Picture, draw
 from geomhw.render.source_marks import source_marks
 from geomhw.render.view import choose_view
 from geomhw.results import Cloud, Result
@@ -24,8 +23,8 @@ def curve_picture(
     curves: Cloud,
     starts: SurfacePoints,
     ends: SurfacePoints | None = None,
-    width: int = PANEL_WIDTH,
-) -> Image:
+    look: Look = AUTOMATIC,
+) -> Picture:
     """Draw polylines on a mesh, with a disc at each start and end.
 
     Parameters
@@ -33,8 +32,8 @@ def curve_picture(
     mesh : TriangleMesh
     curves : Cloud with polylines.
     starts, ends : SurfacePoints
-    width : int
-        Width of the picture in pixels.
+    look : Look
+        View and width.
 
     Returns
     -------
@@ -52,6 +51,6 @@ def curve_picture(
     marks: Sequence[tuple[SurfacePoints | None, str]] = ((starts, START_COLOR), (ends, END_COLOR))
     found = [source_marks(Result(mesh, sources=points), color) for points, color in marks]
     markers = [marker for discs, _ in found for marker in discs]
-    view = choose_view(mesh, mesh.faces[np.asarray(curves["face"]), 0].tolist())
+    view = choose_view(mesh, mesh.faces[np.asarray(curves["face"]), 0].tolist(), look)
     panel = Panel(markers=markers, curves=[*layers, *(curve for _, more in found for curve in more)])
-    return draw(mesh, [panel], view=view, width=width)
+    return draw(mesh, [panel], view=view, look=look)

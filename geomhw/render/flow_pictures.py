@@ -1,52 +1,53 @@
 """Films of flows, with the same view, color limits and arrow scale in all frames, and contact sheets."""
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from geomhw.arrays import Floats, Ints
+from geomhw.arrays import Floats
 from geomhw.mesh.triangle_mesh import TriangleMesh
-from geomhw.options import PANEL_WIDTH
-from geomhw.render.layers import LIGHT, Arrows, Panel, Streaks, Surface, Theme
-from geomhw.render.panels import Drawing
-from geomhw.render.scene import Image
-from geomhw.render.view import choose_view
+from geomhw.render.layers import Arrows, Panel, Streaks, Surface
+from geomhw.render.look import AUTOMATIC, Look
+from geomhw.render.panels import STAGE_HEIGHT, Drawing, Picture
+from geomhw.render.view import choose_view, landmarks
 from geomhw.results import Cloud, Result
 
 ARROW_COLOR = "#14171c"
+#: Frames on a contact sheet, at most, and the smallest width of its panels.
+MOST_ON_SHEET, SMALLEST_PANEL = 12, 240
+#: Part of the color map of the color: dark arrows are visible on all of it.
+COLOR_SPAN = (0.25, 1.0)
 #: Spacing of arrows as a fraction of the panel.
 SPACING = 0.05
 #: Quantile of the speeds in a frame that is drawn as long as the spacing.
 TYPICAL_SPEED = 0.95
 #: Length of a streak at typical speed, as a fraction of √area; tracers store longer paths.
 STREAK = 0.1
-#: Number of fastest faces that the view shows if possible.
-WATCHED = 20
 #: Fraction of the vorticities beyond the ends of the color map.
 OUTLIERS = 0.005
-#: Vorticity below this multiple of typical speed over edge length is rounding, and drawn as zero.
+#: Vorticity below this multiple of typical speed over edge length is rounding; the speed is drawn instead.
 ROUNDING = 1e-9
 
 
-def flow_film(
-    results: Sequence[Result], clouds: Sequence[Cloud] = (), theme: Theme = LIGHT, width: int = PANEL_WIDTH
-) -> Iterator[Image]:
+def flow_film(results: Sequence[Result], clouds: Sequence[Cloud] = (), look: Look = AUTOMATIC) -> Iterator[Picture]:
     """Draw the frames of a film: the color with the velocity as arrows, and the vorticity if the results have it.
 
     Parameters
     ----------
     results : sequence of Result
-        One per frame, with the fields ``color``, ``velocity``, ``time`` and perhaps ``vorticity``.
+        One per frame, with the fields ``color``, ``velocity``, ``time`` and perhaps ``vorticity``. Where vorticity is
+        rounding in all frames, the speed is drawn in its place.
     clouds : sequence of Cloud
         Tracers of each frame; drawn as streaks of equal duration instead of arrows.
-    theme, width
-        As in `geodesic_picture`.
+    look : Look
+        View, width and colors; color map, range and isolines are those of the color.
 
     Yields
     ------
     (height, width, 3) array, uint8
-        All of one size, with the view, color limits and scale of the whole film.
+        All of one size, with the view, color bars and arrow scale of the whole film.
 
     Raises
     ------
@@ -62,65 +63,112 @@ def flow_film(
     >>> velocity = np.cross([0.0, 0.0, 1.0], mesh.face_centers)
     >>> arrays = [Field("color", "vertex", mesh.vertices[:, 0]), Field("velocity", "face", velocity)]
     >>> results = [Result(mesh, [*arrays, Field("time", "mesh", np.array([t]))], {}) for t in (0.0, 0.1)]
-    >>> len(list(flow_film(results, width=120)))
+    >>> len(list(flow_film(results, look=Look(width=120))))
     2
     """
-    mesh = results[0].mesh
-    colors = _limits([np.asarray(result["color"]) for result in results])
-    speeds = np.stack([np.linalg.norm(np.asarray(result["velocity"]), axis=1) for result in results])
-    speed = float(np.quantile(speeds, TYPICAL_SPEED, axis=1).max())  # of the fastest frame
-    with_vorticity = any(field.name == "vorticity" for field in results[0].fields)
-    vorticities = [np.abs(np.asarray(result["vorticity"])) for result in results] if with_vorticity else []
-    swirl = max((float(np.quantile(vorticity, 1 - OUTLIERS)) for vorticity in vorticities), default=0.0)
-    swirl = max(swirl, ROUNDING * speed / mesh.mean_edge_length) if swirl else 0.0
-    view = choose_view(mesh, mesh.faces[_fastest(speeds.mean(axis=0)), 0].tolist())
-    duration = STREAK * float(np.sqrt(mesh.face_areas.sum())) / (speed or 1.0)
-    layers: list[dict[str, Any]] = [{"arrows": _arrows(result, speed or 1.0)} for result in results]
-    if clouds:
-        note = f"streaks: the last {duration:.3g} of time" if speed else ""
-        layers = [{"streaks": _streaks(mesh, cloud, duration), "note": note} for cloud in clouds]
-    panels = [_panels(result, colors, swirl, layer) for result, layer in zip(results, layers, strict=True)]
-    with Drawing(mesh, panels[0], view=view, theme=theme, width=width) as drawing:
+    panels = _frames(results, clouds)
+    with Drawing(results[0].mesh, panels[0], look=look) as drawing:
         for each in panels:
             yield drawing(each)
 
 
-def contact_sheet(pictures: Sequence[Image], columns: int | None = None) -> Image:
-    """Arrange pictures of one size in rows; more than two are scaled down by half.
+def contact_sheet(
+    results: Sequence[Result], clouds: Sequence[Cloud] = (), look: Look = AUTOMATIC, most: int = MOST_ON_SHEET
+) -> Picture:
+    """Draw frames at even times side by side, with one color bar for each quantity.
 
     Parameters
     ----------
-    pictures : sequence of (h, w, 3) arrays, uint8
-    columns : int, optional
-        Number of pictures in a row; by default the sheet is about square.
+    results, clouds, look
+        As in `flow_film`; panels have half the width of ``look`` if there are more than two frames.
+    most : int
+        Number of frames that are drawn, at most.
 
     Returns
     -------
     (height, width, 3) array, uint8
 
-    Examples
-    --------
-    >>> contact_sheet([np.zeros((20, 40, 3), dtype=np.uint8)] * 6, columns=3).shape
-    (20, 60, 3)
+    Raises
+    ------
+    RenderError
+        If there is no OpenGL on this machine.
     """
-    count = len(pictures)
-    columns = columns or int(np.ceil(np.sqrt(count * pictures[0].shape[0] / pictures[0].shape[1])))
-    rows = -(-count // columns)
-    blank = np.full_like(pictures[0], 255)
-    full = [*pictures, *[blank] * (rows * columns - count)]
-    sheet = np.concatenate([np.concatenate(full[r * columns : (r + 1) * columns], axis=1) for r in range(rows)])
-    if count <= 2:
-        return sheet
-    from PIL import Image as Pillow
+    frames = _frames(results, clouds)
+    chosen = even_times([_time(result) for result in results], most)
+    panels = [panel for k in chosen for panel in frames[k]]
+    group = len(frames[0])
+    look = look if len(chosen) <= 2 else replace(look, width=max(look.width // 2, SMALLEST_PANEL))
+    mesh = results[0].mesh
+    view = choose_view(mesh, landmarks(mesh), look)
+    tall = np.clip(1.08 / view.aspect, *STAGE_HEIGHT) + 0.1
+    columns = group * int(np.clip(np.ceil(np.sqrt(len(chosen) * tall / group)), 1, len(chosen)))
+    with Drawing(mesh, panels, columns=columns, view=view, look=look, shared=group) as drawing:
+        return drawing(panels)
 
-    height, width = sheet.shape[:2]
-    return np.asarray(Pillow.fromarray(sheet).resize((width // 2, height // 2), Pillow.Resampling.BOX))
+
+def even_times(times: Sequence[float], most: int) -> list[int]:
+    """Return the indices of at most ``most`` frames whose times are the nearest to an even division.
+
+    >>> even_times([0.0, 1.0, 1.5, 2.0, 3.0, 4.0], 3)
+    [0, 3, 5]
+    """
+    wanted = np.linspace(times[0], times[-1], min(most, len(times)))
+    if len(wanted) == len(times):
+        return list(range(len(times)))
+    return np.unique(np.abs(np.subtract.outer(wanted, times)).argmin(axis=1)).tolist()
 
 
-def _fastest(speeds: Floats) -> Ints:
-    """Return the fastest faces, (k,); rounded speeds keep the order of equal ones independent of rounding errors."""
-    shares = np.round(speeds / (speeds.max() or 1.0), 6)
-    return np.argsort(-shares, kind="stable")[:WATCHED]
+def _frames(results: Sequence[Result], clouds: Sequence[Cloud]) -> list[list[Panel]]:
+    """Return the panels of each frame, with the limits and scales of all."""
+    mesh = results[0].mesh
+    speeds = np.stack([np.linalg.norm(np.asarray(result["velocity"]), axis=1) for result in results])
+    speed = float(np.quantile(speeds, TYPICAL_SPEED, axis=1).max())  # of the fastest frame
+    duration = STREAK * float(np.sqrt(mesh.face_areas.sum())) / (speed or 1.0)
+    layers: list[dict[str, Any]] = [{"arrows": _arrows(result, speed or 1.0)} for result in results]
+    if clouds:
+        note = f"streaks: the last {duration:.3g} of time" if speed else ""
+        layers = [{"streaks": _streaks(mesh, cloud, duration), "note": note} for cloud in clouds]
+    colors = _fixed([np.asarray(result["color"]) for result in results], Surface(span=COLOR_SPAN, label="color"))
+    second = _second_surfaces(results, speeds, speed)
+    carried = "tracers" if clouds else "velocity"
+    panels = []
+    for k, result in enumerate(results):
+        time = f"t = {_time(result):.4g}"
+        frame = [Panel(f"color and {carried}, {time}", colors[k], **layers[k])]
+        if second:
+            title, surfaces = second
+            frame.append(Panel(f"{title}, {time}", surfaces[k]))
+        panels.append(frame)
+    return panels
+
+
+def _second_surfaces(results: Sequence[Result], speeds: Floats, speed: float) -> tuple[str, list[Surface]] | None:
+    """Return title and surfaces of the second panels: vorticity, or speed where vorticity is rounding."""
+    if not any(field.name == "vorticity" for field in results[0].fields):
+        return None
+    vorticities = [np.asarray(result["vorticity"]) for result in results]
+    swirl = max(float(np.quantile(np.abs(vorticity), 1 - OUTLIERS)) for vorticity in vorticities)
+    if swirl > ROUNDING * speed / results[0].mesh.mean_edge_length:
+        plain = Surface(colormap="RdBu_r", limits=(-swirl, swirl), label="vorticity [1/time]", main=False)
+        return "vorticity", _fixed(vorticities, plain)
+    if not speed:
+        return None
+    plain = Surface(location="face", limits=(0.0, speed), label="speed [mesh units/time]", main=False)
+    return "speed", _fixed(list(speeds), plain)
+
+
+def _fixed(values: Sequence[Floats], surface: Surface) -> list[Surface]:
+    """Return a surface for each array of values, with the same limits and the same ends of the color bar."""
+    if values[0].ndim == 2:
+        return [replace(surface, values=each) for each in values]
+    limits = surface.limits or _limits(values)
+    beyond = min(float(v.min()) for v in values) < limits[0], max(float(v.max()) for v in values) > limits[1]
+    return [replace(surface, values=each, limits=limits, beyond=beyond) for each in values]
+
+
+def _time(result: Result) -> float:
+    """Return the time of a frame."""
+    return float(np.asarray(result["time"]).ravel()[0])
 
 
 def _arrows(result: Result, speed: float) -> list[Arrows]:
@@ -143,22 +191,8 @@ def _streaks(mesh: TriangleMesh, cloud: Cloud, duration: float) -> list[Streaks]
     return [Streaks(places, mesh.face_normals[np.asarray(cloud["face"])])]
 
 
-def _panels(result: Result, colors: tuple[float, float] | None, swirl: float, layers: dict[str, Any]) -> list[Panel]:
-    """Return the panels of a frame: the color with layers, and the vorticity."""
-    values = np.asarray(result["color"])
-    time = float(np.asarray(result["time"]).ravel()[0])
-    surface = Surface(values) if values.ndim == 2 else Surface(values, colormap="viridis", limits=colors)
-    first = Panel(f"color and {'tracers' if 'streaks' in layers else 'velocity'}, t = {time:.4g}", surface, **layers)
-    if not swirl:
-        return [first]
-    vorticity = Surface(result["vorticity"], colormap="RdBu_r", limits=(-swirl, swirl))
-    return [first, Panel("vorticity", vorticity)]
-
-
-def _limits(colors: Sequence[Floats]) -> tuple[float, float] | None:
-    """Return the range of the first frame, which bounds advected values; of all if it is constant; None for RGB."""
-    if colors[0].ndim == 2:
-        return None
+def _limits(colors: Sequence[Floats]) -> tuple[float, float]:
+    """Return the range of the first frame, which bounds advected values; of all if it is constant."""
     low, high = float(colors[0].min()), float(colors[0].max())
     if low < high:
         return low, high

@@ -1,4 +1,4 @@
-"""Arrows, comets and isolines as triangles and segments, and even thinning of points."""
+"""Arrows, comets and lines as triangles, and even thinning of points."""
 
 import numpy as np
 
@@ -29,6 +29,20 @@ def arrow_triangles(centers: Floats, vectors: Floats, normals: Floats) -> tuple[
     across = unit(np.cross(normals, vectors)) * np.linalg.norm(vectors, axis=1, keepdims=True)
     points = centers[:, None] + _OUTLINE[:, :1] * vectors[:, None] + _OUTLINE[:, 1:] * across[:, None]
     triangles = len(_OUTLINE) * np.arange(len(centers))[:, None, None] + _TRIANGLES
+    return points.reshape(-1, 3), triangles.reshape(-1, 3)
+
+
+def ribbons(segments: Floats, width: float) -> tuple[Floats, Ints]:
+    """Return points and triangles of segments, (s, 2, 3), as strips of a width in planes of constant z.
+
+    Strips are longer by half their width, so that those of a curve overlap.
+    """
+    along = segments[:, 1] - segments[:, 0]
+    ahead = 0.25 * width * unit(along * [1, 1, 0])
+    side = 2 * np.stack([-ahead[:, 1], ahead[:, 0], np.zeros(len(ahead))], axis=1)
+    start, end = segments[:, 0] - ahead, segments[:, 1] + ahead
+    points = np.stack([start - side, end - side, end + side, start + side], axis=1)
+    triangles = 4 * np.arange(len(points))[:, None, None] + np.array([[0, 1, 2], [0, 2, 3]])
     return points.reshape(-1, 3), triangles.reshape(-1, 3)
 
 
@@ -104,23 +118,3 @@ def middles(points: Floats, faces: Ints) -> Floats:
     """Return the barycenters of faces, (m, 3)."""
     a, b, c = (points[faces[:, k]] for k in range(3))
     return np.asarray((a + b + c) / 3)
-
-
-def isoline_segments(points: Floats, faces: Ints, values: Floats, levels: Floats) -> Floats:
-    """Return the line segments, (s, 2, 3), where the linear interpolant equals one of the levels."""
-    corner = values[faces]
-    segments = []
-    for level in levels:  # about twenty
-        above = corner >= level
-        count = above[:, 0].astype(np.int8) + above[:, 1] + above[:, 2]
-        crossed = np.flatnonzero((count == 1) | (count == 2))
-        # The ends of the segment lie on the two edges of the corner that is alone on its side.
-        odd = np.where(count[crossed] == 1, above[crossed].argmax(axis=1), (~above[crossed]).argmax(axis=1))
-        tip = faces[crossed, odd]
-        ends = []
-        for step in (1, 2):
-            other = faces[crossed, (odd + step) % 3]
-            weight = ((level - values[tip]) / (values[other] - values[tip]))[:, None]
-            ends.append((1 - weight) * points[tip] + weight * points[other])
-        segments.append(np.stack(ends, axis=1))
-    return np.concatenate(segments) if segments else np.zeros((0, 2, 3))

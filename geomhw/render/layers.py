@@ -10,6 +10,8 @@ from numpy.typing import ArrayLike
 from geomhw.arrays import Floats
 
 Color = str  # "#rrggbb"
+#: Color of a surface without values: light, so that shading shows its relief.
+PLAIN = "#e3e6eb"
 
 
 @dataclass(frozen=True)
@@ -21,9 +23,11 @@ class Surface:
     colormap: a matplotlib name; ``span`` is the part of it to use.
     limits: values at the ends of the color map; None: the range of the data without the fraction ``outliers`` at each
         end. ``symmetric``: zero is in the middle.
+    beyond: whether the ends of the bar are pointed, for data below and above the limits; None: as these data need it.
     log: logarithmic colors, down to ``decades`` below the largest value.
-    isolines: number of evenly spaced isolines.
-    label: text next to the color bar; ``bar``: whether to draw the color bar.
+    isolines: number of evenly spaced isolines (int), or their spacing (float).
+    label: quantity and unit, under the color bar; ``bar``: whether to draw the color bar.
+    main: whether the color map, range and isolines of a `Look` apply here.
     """
 
     values: ArrayLike | None = None
@@ -31,14 +35,16 @@ class Surface:
     colormap: str = "viridis"
     span: tuple[float, float] = (0.0, 1.0)
     limits: tuple[float, float] | None = None
+    beyond: tuple[bool, bool] | None = None
     outliers: float = 0.0
     symmetric: bool = False
     log: bool = False
     decades: float = 300.0
-    isolines: int = 0
+    isolines: int | float = 0
     label: str = ""
     bar: bool = True
-    color: Color = "#d9dce1"
+    color: Color = PLAIN
+    main: bool = True
 
 
 @dataclass(frozen=True)
@@ -47,7 +53,7 @@ class Arrows:
 
     vectors: (m, 3) or (n, 3). scale: magnitude of an arrow as long as the spacing; None: all arrows of one length.
     spacing: distance between arrows, a fraction of the shorter side of the panel.
-    points: centers of the arrows, (m, 3) or (n, 3); by default the face centers or the vertices.
+    points: places of the arrows, (m, 3) or (n, 3); by default the face centers or the vertices.
     """
 
     vectors: Floats
@@ -76,7 +82,7 @@ class Streaks:
 
 @dataclass(frozen=True)
 class Curves:
-    """Segments on the surface, (s, 2, 3), ``width`` pixels wide, hidden behind the surface."""
+    """Segments on the surface, (s, 2, 3), ``width`` pixels wide in a panel of 600, hidden behind the surface."""
 
     segments: Floats
     color: Color = "#d62728"
@@ -88,12 +94,14 @@ class Marker:
     """A vertex marked by a disc, or by a ring if the surface hides it, with a label on top.
 
     point: (3,), a point in a face of the vertex, marked instead of the vertex.
+    vector: (3,), an arrow from the mark, in front of everything; length 1 is the shorter side of the panel.
     """
 
     vertex: int
     label: str = ""
     color: Color = "#d62728"
     point: Floats | None = None
+    vector: Floats | None = None
 
     def position(self, vertices: Floats) -> Floats:
         """Return the marked position, (3,), on a mesh with these vertices."""
@@ -125,7 +133,8 @@ class Theme:
     faint: Color = "#8b929c"
     line: Color = "#14171c"
     unknown: Color = "#b9bdc4"
+    halo: Color = "#ffffff"
 
 
 LIGHT = Theme()
-DARK = Theme(background="#14171c", ink="#eceff4", faint="#7d8592", line="#eceff4", unknown="#555b66")
+DARK = Theme(background="#14171c", ink="#eceff4", faint="#7d8592", line="#eceff4", unknown="#555b66", halo="#14171c")

@@ -7,6 +7,9 @@ VTK does, in milliseconds.
 import ctypes
 import os
 import sys
+from concurrent.futures import Future, ThreadPoolExecutor
+from functools import cache
+from typing import Any
 
 from geomhw.errors import RenderError
 
@@ -16,6 +19,26 @@ INSTALL_HINT = "on Debian or Ubuntu: apt install libegl1 libgl1-mesa-dri"
 _WINDOW = "VTK_DEFAULT_OPENGL_WINDOW"
 _EGL_WINDOW = "vtkEGLRenderWindow"
 _EGL_PLATFORM_DEVICE_EXT = 0x313F
+
+
+@cache
+def pyvista_import() -> "Future[Any]":
+    """Start to import pyvista in a thread, and return the future of the module."""
+    # Both threads use these: they are complete before the thread starts.
+    import scipy.sparse.linalg
+    import scipy.spatial  # noqa: F401
+
+    worker = ThreadPoolExecutor(1)
+    future = worker.submit(_pyvista)
+    worker.shutdown(wait=False)
+    return future
+
+
+def _pyvista() -> Any:
+    import pyvista
+
+    assert pyvista.Plotter  # loads the part that draws
+    return pyvista
 
 
 def prepare() -> None:

@@ -1,24 +1,57 @@
-"""Pictures of panels in a row or a grid, each with a title, the mesh and a color bar."""
+"""Pictures of panels in a row or a grid, each with a title, the mesh and a color bar.
+
+The one way to draw a mesh with values, lines and points is `draw`:
+
+>>> from geomhw.mesh import icosphere
+>>> from geomhw.render.layers import Curves, Marker, Panel, Surface
+>>> ball = icosphere(2)
+>>> surface = Surface(ball.vertices[:, 2], label="height [mesh units]", isolines=0.25)
+>>> lines = Curves(ball.vertices[ball.edges[:9]])
+>>> image = draw(ball, [Panel("height", surface, markers=[Marker(0, "start")], curves=[lines])], look=Look(width=200))
+>>> image.shape[1:]
+(200, 3)
+"""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from geomhw.arrays import Floats
 from geomhw.mesh.triangle_mesh import TriangleMesh
-from geomhw.options import PANEL_WIDTH
 from geomhw.render import annotate
-from geomhw.render.colors import shade
-from geomhw.render.layers import LIGHT, Arrows, Marker, Panel, Theme
-from geomhw.render.scene import SUPERSAMPLING, Image, Stage
-from geomhw.render.view import View, choose_view, visible
+from geomhw.render.canvas import Box, Canvas
+from geomhw.render.colors import Shades, plain_number, round_below, shade
+from geomhw.render.layers import Arrows, Marker, Panel, Surface
+from geomhw.render.look import AUTOMATIC, Look
+from geomhw.render.scene import SUPERSAMPLING, Stage
+from geomhw.render.view import View, choose_view, landmarks
 
 #: How flat and how tall the stage of a panel may get, in widths.
 STAGE_HEIGHT = (1 / 3, 16 / 15)
 #: Aspect ratio of a mesh above which panels are stacked.
 WIDE = 3.0
+
+
+class Picture(np.ndarray[Any, np.dtype[np.uint8]]):
+    """Pixels, (h, w, 3), or (h, w, 4) with opacity, and the canvas with their texts and shapes."""
+
+    canvas: Canvas
+
+
+def save_vector(path: Path, picture: Picture, dpi: float = 100.0, description: str = "") -> None:
+    """Write a picture as SVG or PDF: texts, color bars and marks as vectors over the rendered surface.
+
+    Parameters
+    ----------
+    path : .svg or .pdf file
+    picture : of `draw` or another function of this package.
+    dpi : pixels per inch, which set the size on paper.
+    description : text kept in the file.
+    """
+    picture.canvas.save(path, dpi, description)
 
 
 @dataclass(frozen=True)
@@ -41,15 +74,23 @@ class Layout:
 class Drawing:
     """A sheet of panels with an open window, for the frames of a film.
 
-    panels: those of the first frame; later frames have the same number. size: of the picture, in pixels; by default
-    panels have the given ``width`` and the height that the mesh needs. columns: number of panels in a row; by default
-    all are in one row, and those of a wide mesh are stacked and twice as wide.
+    Parameters
+    ----------
+    mesh : TriangleMesh
+    panels : those of the first frame; later frames have the same number.
+    size : of the picture, in pixels; by default panels have the width of ``look`` and the height that the mesh needs.
+    columns : number of panels in a row; by default all are in one row. Those of a wide mesh are stacked and twice as
+        wide.
+    view : by default chosen by ``look`` and from the mesh, with the sources in sight.
+    look : choices of the user.
+    sources : vertices that the view shows if possible; by default the vertex of largest y.
+    shared : number of panels of a group, which repeats: their color bars and keys are drawn once, below all panels.
 
     >>> from geomhw.mesh import icosphere
     >>> from geomhw.render.layers import Panel, Surface
     >>> mesh = icosphere(2)
     >>> frames = [[Panel("height", Surface(k * mesh.vertices[:, 2]))] for k in (1, 2)]
-    >>> with Drawing(mesh, frames[0], width=120) as drawing:
+    >>> with Drawing(mesh, frames[0], look=Look(width=120)) as drawing:
     ...     images = [drawing(panels) for panels in frames]
     """
 
@@ -60,32 +101,104 @@ class Drawing:
         size: tuple[int, int] | None = None,
         columns: int | None = None,
         view: View | None = None,
-        theme: Theme = LIGHT,
-        width: int = PANEL_WIDTH,
+        look: Look = AUTOMATIC,
+        sources: Sequence[int] = (),
+        shared: int = 0,
     ) -> None:
-        view = view or choose_view(mesh, [marker.vertex for panel in panels for marker in panel.markers])
+        view = view or choose_view(mesh, landmarks(mesh, sources), look)
+        self.look, self.shared = look, shared
         self.columns = columns or (1 if view.aspect > WIDE else len(panels))
         rows = -(-len(panels) // self.columns)
-        self.layout = _layout(panels, view, size and (size[0] // self.columns, size[1] // rows), width)
-        self.size = size or (self.columns * self.layout.width, rows * self.layout.height)
-        self.stage = Stage(mesh, (self.layout.width, self.layout.stage), view, theme)
+        whole = _layout(panels, view, size and (size[0] // self.columns, size[1] // rows), look.width)
+        self.layout = replace(whole, bar=0, note=0) if shared else whole
+        self.below = whole.bar + whole.note if shared else 0
+        self.size = size or (self.columns * self.layout.width, rows * self.layout.height + self.below)
+        self.stage = Stage(mesh, (self.layout.width, self.layout.stage), view, look.theme)
 
-    def __call__(self, panels: Sequence[Panel]) -> Image:
+    def __call__(self, panels: Sequence[Panel]) -> Picture:
         """Draw the panels; return the picture, (height, width, 3)."""
-        from PIL import Image as Pillow
-
-        sheet = Pillow.new("RGB", self.size, self.stage.theme.background)
-        for number, panel in enumerate(panels):
+        canvas = Canvas(self.size, "" if self.look.transparent else self.look.theme.background)
+        layout = self.layout
+        for number, panel in enumerate(_styled(panels, self.look)):
             row, column = divmod(number, self.columns)
-            corner = (column * self.layout.width, row * self.layout.height)
-            sheet.paste(_panel(self.stage, panel, self.layout), corner)
-        return np.asarray(sheet)
+            corner = (column * layout.width, row * layout.height)
+            shades = shade(panel.surface, self.stage.mesh)
+            canvas.paste(self._panel(panel, shades), *corner)
+            if number < (self.shared or len(panels)):
+                top = self.size[1] - self.below if self.shared else corner[1] + layout.title + layout.stage
+                part = self.size[0] // self.shared if self.shared else layout.width
+                left = part * number if self.shared else corner[0]
+                self._legend(canvas, panel, shades, (left, top, left + part, top + 1))
+        picture = canvas.pixels().view(Picture)
+        picture.canvas = canvas
+        return picture
 
     def __enter__(self) -> "Drawing":
         return self
 
     def __exit__(self, *reason: object) -> None:
         self.stage.__exit__(*reason)
+
+    def _panel(self, panel: Panel, shades: Shades | None) -> Canvas:
+        """Draw a panel without its legend."""
+        stage, layout, theme = self.stage, self.layout, self.look.theme
+        canvas = Canvas((layout.width, layout.height), theme.background)
+        pixels = stage.photograph(panel.surface, panel.arrows, shades, panel.streaks, panel.curves)
+        if self.look.transparent:
+            pixels = np.dstack([pixels, 255 * stage.covered.astype(np.uint8)])
+        canvas.image(pixels, (0, layout.title, layout.width, layout.title + layout.stage))
+        if panel.title:
+            box = (8, 0, layout.width - 8, layout.title)
+            annotate.title(canvas, panel.title, box, round(1.2 * layout.text), theme)
+        self._mark(canvas, panel.markers)
+        return canvas
+
+    def _mark(self, canvas: Canvas, markers: Sequence[Marker]) -> None:
+        """Draw markers, their vectors and their labels."""
+        if not markers:
+            return
+        stage, layout, theme = self.stage, self.layout, self.look.theme
+        points = np.array([marker.position(stage.mesh.vertices) for marker in markers])
+        seen = stage.visible(points)
+        places = stage.pixels(points) + np.array([0, layout.title])
+        texts: list[tuple[str, str, Floats]] = []
+        taken: list[Box] = []
+        hinted = False
+        for marker, place, shown in zip(markers, places, seen, strict=True):
+            radius = (0.3 if marker.vector is not None else 0.4) * layout.text
+            annotate.disc(canvas, place, radius, marker.color, not shown, theme.halo)
+            if marker.vector is not None:
+                along = (stage.view.axes @ marker.vector)[:2] * [1, -1] * min(stage.size)
+                annotate.vector(canvas, place, along, layout.text, marker.color, theme.halo)
+                room = 0.5 * layout.text
+                taken.append((*np.minimum(place, place + along) - room, *np.maximum(place, place + along) + room))
+            label = marker.label
+            if not shown and not hinted:
+                label, hinted = f"{label} (behind)" if label else "behind", not label
+            texts.append((label, marker.color, place))
+        ink = np.zeros((layout.height, layout.width), dtype=bool)
+        middle = SUPERSAMPLING // 2
+        ink[layout.title : layout.title + layout.stage] = stage.covered[middle::SUPERSAMPLING, middle::SUPERSAMPLING]
+        box = (4, layout.title, layout.width - 4, layout.title + layout.stage)
+        annotate.labels(canvas, texts, ink, box, round(1.05 * layout.text), theme, taken)
+
+    def _legend(self, canvas: Canvas, panel: Panel, shades: Shades | None, box: Box) -> None:
+        """Draw the color bar of a panel, and its note or the key of its arrows, below the top of a box."""
+        left, top, right, _ = box
+        text, theme, width = self.layout.text, self.look.theme, right - left
+        if shades is not None and not shades.rgb and panel.surface.bar:
+            bar = (left + 0.16 * width, top + 0.5 * text, right - 0.16 * width, top)
+            annotate.color_bar(canvas, shades, _bar_label(panel.surface, shades), bar, text, theme)
+        note = round(1.8 * text)
+        low = top + (self.below or self.layout.bar + self.layout.note)
+        room = (left + 8, low - note, right - 8, low)
+        scaled = _scaled(panel)
+        if panel.note:
+            annotate.title(canvas, panel.note, room, text, theme)
+        elif scaled and scaled.scale:
+            value = round_below(2 * scaled.scale)
+            length = value / scaled.scale * scaled.spacing * min(self.stage.size)
+            annotate.arrow_key(canvas, length, plain_number(value, 2), room, text, theme, scaled.color)
 
 
 def draw(
@@ -94,12 +207,21 @@ def draw(
     size: tuple[int, int] | None = None,
     columns: int | None = None,
     view: View | None = None,
-    theme: Theme = LIGHT,
-    width: int = PANEL_WIDTH,
-) -> Image:
+    look: Look = AUTOMATIC,
+    sources: Sequence[int] = (),
+) -> Picture:
     """Draw one picture, (height, width, 3); the arguments are those of `Drawing`."""
-    with Drawing(mesh, panels, size, columns, view, theme, width) as drawing:
+    with Drawing(mesh, panels, size, columns, view, look, sources) as drawing:
         return drawing(panels)
+
+
+def _styled(panels: Sequence[Panel], look: Look) -> list[Panel]:
+    """Apply the colors of a look to the main surfaces of panels, or to all if none is one."""
+    main = any(panel.surface.main and panel.surface.values is not None for panel in panels)
+    return [
+        replace(panel, surface=look.apply(panel.surface)) if panel.surface.main or not main else panel
+        for panel in panels
+    ]
 
 
 def _layout(panels: Sequence[Panel], view: View, size: tuple[int, int] | None, width: int) -> Layout:
@@ -107,9 +229,11 @@ def _layout(panels: Sequence[Panel], view: View, size: tuple[int, int] | None, w
     single = view.aspect > WIDE
     flattest, tallest = (round(share * width) for share in STAGE_HEIGHT)
     width = size[0] if size else width * (2 if single else 1)
-    text = int(np.clip(width // 36, 9, 18))
+    text = max(width // 36, annotate.SMALLEST)
     title = round(2.6 * text) if any(panel.title for panel in panels) else 0
-    bar = round(3.4 * text) if any(panel.surface.values is not None and panel.surface.bar for panel in panels) else 0
+    bars = [panel.surface for panel in panels if panel.surface.values is not None and panel.surface.bar]
+    bars = [surface for surface in bars if np.ndim(np.asarray(surface.values)) == 1]
+    bar = round(4.6 * text) if bars else 0
     noted = any(panel.note or _scaled(panel) for panel in panels)
     note = round(1.8 * text) if noted else 0
     fitting = int(np.clip(width / view.aspect * 1.08, flattest, tallest))
@@ -117,56 +241,14 @@ def _layout(panels: Sequence[Panel], view: View, size: tuple[int, int] | None, w
     return Layout(width, stage, text, title, bar, note)
 
 
-def _panel(stage: Stage, panel: Panel, layout: Layout) -> Any:
-    """Draw a panel as a Pillow image."""
-    from PIL import Image as Pillow
-    from PIL import ImageDraw
-
-    shades = shade(panel.surface, stage.mesh)
-    large = Pillow.fromarray(stage.photograph(panel.surface, panel.arrows, shades, panel.streaks, panel.curves))
-    _mark(ImageDraw.Draw(large), stage, panel.markers, layout)
-    sheet = Pillow.new("RGB", (layout.width, layout.height), stage.theme.background)
-    sheet.paste(large.resize(stage.size, Pillow.Resampling.BOX), (0, layout.title))
-    pen = ImageDraw.Draw(sheet)
-    if panel.title:
-        annotate.title(pen, panel.title, (8, 0, layout.width - 8, layout.title), round(1.2 * layout.text), stage.theme)
-    bottom = layout.title + layout.stage
-    if shades is not None and not shades.rgb and panel.surface.bar:
-        box = (0.16 * layout.width, bottom + 0.5 * layout.text, 0.84 * layout.width, bottom + layout.bar)
-        annotate.color_bar(pen, shades, panel.surface.label, box, layout.text, stage.theme)
-    box = (8, bottom + layout.bar, layout.width - 8, layout.height)
-    if panel.note:
-        annotate.title(pen, panel.note, box, layout.text, stage.theme)
-    elif scaled := _scaled(panel):
-        length = 2 * scaled.spacing * min(stage.size)
-        annotate.arrow_key(pen, length, f"{2 * (scaled.scale or 0):.3g}", box, layout.text, stage.theme)
-    _label(sheet, stage, panel.markers, layout)
-    return sheet
+def _bar_label(surface: Surface, shades: Shades) -> str:
+    """Return quantity, unit and spacing of isolines of a color bar."""
+    parts = [surface.label] if surface.label else []
+    if len(shades.levels) and shades.spacing:
+        parts.append(f"isolines every {shades.spacing:.3g}")
+    return ", ".join(parts)
 
 
 def _scaled(panel: Panel) -> Arrows | None:
     """Return the arrows drawn to scale, whose key replaces the note."""
     return next((arrows for arrows in panel.arrows if arrows.scale is not None), None)
-
-
-def _mark(pen: Any, stage: Stage, markers: Sequence[Marker], layout: Layout) -> None:
-    """Draw markers in the supersampled picture."""
-    points = _positions(stage, markers)
-    seen = visible(stage.mesh, stage.view, [marker.vertex for marker in markers], points)
-    places = stage.pixels(points) * SUPERSAMPLING
-    for marker, place, shown in zip(markers, places, seen, strict=True):
-        annotate.disc(pen, place, 0.4 * layout.text * SUPERSAMPLING, marker.color, not shown)
-
-
-def _positions(stage: Stage, markers: Sequence[Marker]) -> Floats:
-    """Return the positions of markers, (k, 3)."""
-    return np.array([marker.position(stage.mesh.vertices) for marker in markers]).reshape(-1, 3)
-
-
-def _label(sheet: Any, stage: Stage, markers: Sequence[Marker], layout: Layout) -> None:
-    """Draw the labels of markers."""
-    places = stage.pixels(_positions(stage, markers))
-    places[:, 1] += layout.title
-    texts = [(marker.label, marker.color, place) for marker, place in zip(markers, places, strict=True)]
-    box = (4, layout.title, layout.width - 4, layout.title + layout.stage)
-    annotate.labels(sheet, texts, box, round(1.05 * layout.text), stage.theme)

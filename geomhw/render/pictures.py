@@ -6,37 +6,36 @@ from dataclasses import replace
 import numpy as np
 
 from geomhw.errors import ArgumentError
-from geomhw.options import HEAT_METHOD, PANEL_WIDTH
-from geomhw.render.layers import LIGHT, Arrows, Marker, Panel, Surface, Theme
-from geomhw.render.panels import draw
-from geomhw.render.scene import Image
+from geomhw.options import HEAT_METHOD
+from geomhw.render.colors import round_spacing
+from geomhw.render.layers import Arrows, Marker, Panel, Surface
+from geomhw.render.look import AUTOMATIC, Look
+from geomhw.render.panels import Picture, draw
 from geomhw.render.source_marks import source_marks
 from geomhw.results import Result
 
 SOURCE_COLOR = "#c2185b"
 FARTHEST_COLOR = "#0b57d0"
+#: Isolines of distance, at most.
 ISOLINES = 20
 
 
 def geodesic_picture(
     result: Result,
+    look: Look = AUTOMATIC,
     size: tuple[int, int] | None = None,
-    theme: Theme = LIGHT,
-    width: int = PANEL_WIDTH,
     panels: Sequence[str] = HEAT_METHOD,
-) -> Image:
+) -> Picture:
     """Draw the steps of the heat method, one panel each.
 
     Parameters
     ----------
     result : Result
         Of `HeatDistance`.
+    look : Look
+        View, width, colors and isolines. With several panels, colors and isolines are those of the distance.
     size : (width, height), optional
-        Of the picture in pixels; by default panels have the given ``width`` and the height that the mesh needs.
-    theme : Theme
-        Colors of background and text.
-    width : int
-        Width of a panel in pixels.
+        Of the picture in pixels; by default panels have the width of ``look`` and the height that the mesh needs.
     panels : sequence of str
         Any of ``heat`` (with directions -∇u/|∇u|), ``gradient``, ``divergence`` and ``distance``.
 
@@ -72,12 +71,14 @@ def geodesic_picture(
             drawn.append(replace(_distance(result), markers=[*sources, _farthest(result)], curves=curves))
         else:
             raise ArgumentError(f"there is no panel '{name}'; choose from heat, gradient, divergence, distance")
-    return draw(result.mesh, drawn, size, theme=theme, width=width)
+    return draw(result.mesh, drawn, size, look=look, sources=[marker.vertex for marker in sources])
 
 
 def _heat(result: Result) -> Panel:
     """Return the panel of the heat, logarithmic, with the directions in which it falls."""
-    surface = Surface(result["heat"], colormap="inferno", span=(0.48, 1.0), log=True)
+    surface = Surface(
+        result["heat"], colormap="inferno", span=(0.48, 1.0), log=True, label="heat, logarithmic", main=False
+    )
     return Panel("heat u, and directions −∇u / |∇u|", surface, arrows=[Arrows(np.asarray(result["direction"]))])
 
 
@@ -85,13 +86,22 @@ def _gradient(result: Result) -> Panel:
     """Return the panel of the gradient of the heat: logarithm of its length, and its direction."""
     slope = np.asarray(result["heat_gradient"])
     length = np.hypot(np.hypot(slope[:, 0], slope[:, 1]), slope[:, 2])  # squares may underflow
-    surface = Surface(length, "face", colormap="inferno", span=(0.48, 1.0), log=True)
+    surface = Surface(
+        length, "face", colormap="inferno", span=(0.48, 1.0), log=True, label="|∇u|, logarithmic", main=False
+    )
     return Panel("gradient of the heat ∇u, and its length", surface, arrows=[Arrows(-np.asarray(result["direction"]))])
 
 
 def _divergence(result: Result) -> Panel:
     """Return the panel of the divergence of the directions."""
-    surface = Surface(result["divergence"], colormap="RdBu_r", symmetric=True, outliers=0.02)
+    surface = Surface(
+        result["divergence"],
+        colormap="RdBu_r",
+        symmetric=True,
+        outliers=0.02,
+        label="divergence, integrated per vertex [mesh units]",
+        main=False,
+    )
     return Panel("divergence of the directions", surface)
 
 
@@ -100,7 +110,8 @@ def _distance(result: Result) -> Panel:
     distance = np.asarray(result["distance"])
     largest = float(distance[np.isfinite(distance)].max(initial=0.0))
     limits = (0.0, largest) if largest > 0 else None
-    surface = Surface(distance, colormap="viridis", limits=limits, isolines=ISOLINES)
+    lines = round_spacing(largest, ISOLINES) if largest > 0 else 0
+    surface = Surface(distance, colormap="viridis", limits=limits, isolines=lines, label="distance [mesh units]")
     return Panel("geodesic distance", surface)
 
 
@@ -110,16 +121,14 @@ def _farthest(result: Result) -> Marker:
     return Marker(far["vertex"], f"farthest {far['vertex']}: {far['distance']:.4g}", FARTHEST_COLOR)
 
 
-def helmholtz_picture(
-    result: Result, size: tuple[int, int] | None = None, theme: Theme = LIGHT, width: int = PANEL_WIDTH
-) -> Image:
+def helmholtz_picture(result: Result, look: Look = AUTOMATIC, size: tuple[int, int] | None = None) -> Picture:
     """Draw a field and its Helmholtz-Hodge components, with arrows of one scale.
 
     Parameters
     ----------
     result : Result
         Of `HelmholtzDecomposition`.
-    size, theme, width
+    look, size
         As in `geodesic_picture`.
 
     Returns
@@ -145,9 +154,11 @@ def helmholtz_picture(
     fields = {name: np.asarray(result[name]) for name in ("field", "curl_free", "coexact", "harmonic")}
     lengths = np.linalg.norm(fields["field"], axis=1)
     scale = float(np.quantile(lengths[lengths > 0], 0.9)) if (lengths > 0).any() else 1.0
-    plain = Surface(color="#e6e8ec")
-    potential = Surface(result["potential"], colormap="PiYG", symmetric=True)
-    stream = Surface(result["stream_function"], colormap="PuOr", symmetric=True)
+    plain = Surface()
+    potential = Surface(result["potential"], colormap="PiYG", symmetric=True, label="potential [field × mesh units]")
+    stream = Surface(
+        result["stream_function"], colormap="PuOr", symmetric=True, label="stream function [field × mesh units]"
+    )
     parts = [
         ("vector field", "field", plain),
         ("curl-free part, over its potential", "curl_free", potential),
@@ -158,4 +169,4 @@ def helmholtz_picture(
         Panel(title, surface, arrows=[Arrows(fields[name], scale=scale, spacing=0.04)])
         for title, name, surface in parts
     ]
-    return draw(result.mesh, panels, size, columns=2, theme=theme, width=width)
+    return draw(result.mesh, panels, size, columns=2, look=look)

@@ -1,32 +1,29 @@
 """A stage: the window with one mesh and view that draws surfaces, arrows, curves and streaks.
 
 Geometry is transformed to camera coordinates in numpy: one unit is half the height of the picture. The camera is fixed.
-
-Large closed meshes are drawn without the faces turned away. A line of sight enters a closed surface through a face
-turned to the viewer and leaves through one turned away, which is therefore hidden, unless the surface intersects itself
-or is oriented inward. The depth buffer of the first picture confirms it.
 """
 
 from collections.abc import Sequence
-from functools import reduce
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from geomhw.arrays import Floats
 from geomhw.mesh.triangle_mesh import TriangleMesh
-from geomhw.render import creases, glyphs
+from geomhw.options import PANEL_WIDTH
+from geomhw.render import glyphs
 from geomhw.render.colors import Shades, shade
 from geomhw.render.layers import LIGHT, Arrows, Curves, Streaks, Surface, Theme
+from geomhw.render.offscreen import pyvista_import
 from geomhw.render.view import View, choose_view
-from geomhw.render.window import Paint, Window
+from geomhw.render.window import Paint, Window, isolines, smooth_surface
 
 Image = NDArray[np.uint8]
 
 #: Number of drawn pixels per pixel of the picture, along each side.
 SUPERSAMPLING = 2
-#: Samples per drawn pixel; 0 for meshes with many faces, where samples triple the drawing time.
-SAMPLES, MANY_FACES = 4, 100_000
 #: Margin around the mesh, a fraction of the picture.
 MARGIN = 0.03
 #: Shift of lines and arrows toward the viewer, so that the surface does not hide them.
@@ -37,6 +34,10 @@ CASING, CASING_OPACITY = 0.6, 0.55
 LONGEST = 2.5
 #: Smallest cosine between normal and line of sight at which arrows are drawn.
 RIM = 0.2
+#: Distance in pixels and in depth to the visible surface up to which a point counts as visible.
+NEAR = 3.0, 0.02
+#: Largest step in depth along an arrow, in its lengths: a larger one is a silhouette.
+STEP = 1.5
 
 
 class Stage:
@@ -62,14 +63,12 @@ class Stage:
         room = np.array([width / height, 1.0]) * (1 - 2 * MARGIN)
         self.unit = float(np.max(self.view.extent / room))  # mesh length of one unit on stage
         self._points = self.view.project(mesh.vertices) / self.unit
-        self._shell = shell = creases.shell(mesh)
-        self._skin = self._points[shell.origin], shell.normals @ self.view.axes.T
         depth = 1.1 * float(np.abs(np.delete(self._points[:, 2], mesh.unreferenced_vertices)).max()) + 1.0
-        many = mesh.n_faces > MANY_FACES
-        self._hidden = turned_away(mesh, self.view.axes[2]) if many else np.zeros(mesh.n_faces, dtype=bool)
-        self._doubtful = bool(self._hidden.any())
-        samples = 0 if many else SAMPLES
-        self._window = Window((SUPERSAMPLING * width, SUPERSAMPLING * height), theme.background, depth, samples)
+        self._skin = smooth_surface(self._points, mesh.faces)
+        self._origin = np.asarray(self._skin.point_data["origin"])
+        self._depths: Floats | None = None
+        self._line = 2 / height * max(width / PANEL_WIDTH, 1.0)
+        self._window = Window((SUPERSAMPLING * width, SUPERSAMPLING * height), theme.background, depth)
 
     def __enter__(self) -> "Stage":
         return self
@@ -98,6 +97,10 @@ class Stage:
         shades = shades or shade(surface, self.mesh)
         self._window.clear()
         self._add_surface(surface, shades)
+        clipped = bool(arrows or streaks)
+        if clipped and self._depths is None:
+            self._window.pixels()
+            self._depths = self._window.nearest()
         for line in curves:
             segments = self.view.project(line.segments) / self.unit + np.array([0, 0, LIFT])
             self._add_lines(segments, line.color, line.width)
@@ -106,45 +109,64 @@ class Stage:
         for comets in streaks:
             self._add_streaks(comets)
         picture = self._window.pixels()
-        if self._doubtful:
-            self._doubtful = False
-            if in_sight(self._points, self.mesh.faces[self._hidden], self._window.nearest()):
-                self._hidden = np.zeros(self.mesh.n_faces, dtype=bool)
-                return self.photograph(surface, arrows, shades, streaks, curves)
+        if self._depths is None:
+            self._depths = self._window.nearest()
+        if clipped:  # nothing reaches over the silhouette
+            picture[~self.covered] = list(bytes.fromhex(self.theme.background[1:]))
         return picture
+
+    @cached_property
+    def covered(self) -> NDArray[np.bool_]:
+        """Mask of the drawn pixels, (h, w), that show the surface."""
+        return np.isfinite(self.depths)
+
+    @property
+    def depths(self) -> Floats:
+        """Depth of the surface at each drawn pixel, (h, w), toward the viewer; nan where there is none."""
+        if self._depths is None:
+            self.photograph(Surface())
+        assert self._depths is not None
+        return self._depths
+
+    def depth_at(self, points: Floats) -> Floats:
+        """Return the depth of the surface, (k,), behind or before points in camera coordinates, (k, 3)."""
+        height, width = self.depths.shape
+        places = np.floor(points[:, :2] * [1, -1] * height / 2 + [width / 2, height / 2]).astype(np.int64)
+        column, row = np.clip(places, 0, [width - 1, height - 1]).T
+        return np.asarray(self.depths[row, column])
+
+    def visible(self, points: Floats) -> NDArray[np.bool_]:
+        """Return whether points of the surface, (k, 3), are visible, to ``NEAR`` pixels and units of depth."""
+        seen = self.view.project(points) / self.unit
+        steps = NEAR[0] * 2 / self.size[1] * np.array([-1, -0.5, 0, 0.5, 1])
+        around = [self.depth_at(seen + np.array([x, y, 0])) for x in steps for y in steps]
+        return np.asarray(seen[:, 2] > np.min(np.nan_to_num(around, nan=-np.inf), axis=0) - NEAR[1])
 
     # -- layers --------------------------------------------------------------------------------------------------------
 
     def _add_surface(self, surface: Surface, shades: Shades | None) -> None:
         """Add the colored mesh and its isolines."""
-        drawn = ~self._hidden
         if shades is None:
-            self._add_shell(drawn, Paint(surface.color))
+            self._window.add_surface(self._skin, Paint(surface.color))
             return
-        if shades.per_face or shades.known.all():
-            known = shades.known if shades.per_face else np.ones(self.mesh.n_faces, dtype=bool)
-        else:
-            known = np.asarray(shades.known[self.mesh.faces].all(axis=1))
-        self._add_shell(drawn & ~known, Paint(self.theme.unknown))
-        values = shades.values[drawn & known] if shades.per_face else shades.values[self._shell.origin]
         table = None if shades.rgb else shades.table
-        self._add_shell(drawn & known, Paint(values=values, table=table, per_face=shades.per_face))
-        if not len(shades.levels):
-            return
-        segments = glyphs.isoline_segments(self._points, self.mesh.faces[known], shades.values, shades.levels)
-        self._add_lines(segments + np.array([0, 0, LIFT]), self.theme.line)
-
-    def _add_shell(self, which: NDArray[np.bool_], paint: Paint) -> None:
-        """Add faces of the mesh."""
-        if not which.any():
-            return
-        points, normals = self._skin
-        self._window.add_triangles(points, self._shell.faces[which], paint, normals)
+        values = shades.values if shades.per_face else shades.values[self._origin]
+        known = shades.known if shades.per_face else np.asarray(shades.known[self.mesh.faces].all(axis=1))
+        skin = self._skin
+        if not known.all():
+            self._window.add_surface(_part(skin, ~known), Paint(self.theme.unknown))
+            skin, values = _part(skin, known), values[known] if shades.per_face else values
+        if known.any():
+            self._window.add_surface(skin, Paint(values=values, table=table, per_face=shades.per_face))
+            if len(shades.levels):
+                segments = isolines(skin, values, shades.levels)
+                self._add_lines(segments + np.array([0, 0, LIFT]), self.theme.line)
 
     def _add_lines(self, segments: Floats, color: str, width: float = 1.0) -> None:
         """Add line segments."""
         if len(segments):
-            self._window.add_lines(segments, color, width * SUPERSAMPLING)
+            points, triangles = glyphs.ribbons(segments, width * self._line)
+            self._window.add_triangles(points, triangles, Paint(color))
 
     def _add_arrows(self, arrows: Arrows) -> None:
         """Add arrows, thinned and lifted off the surface."""
@@ -171,8 +193,16 @@ class Stage:
         drawn = vectors * np.minimum(spacing / full, LONGEST * spacing / length)[:, None]
         front = np.where(normals[:, 2:] < 0, -1.0, 1.0)  # the visible side of an open surface
         lifted = centers + 0.1 * spacing * front * normals + [0, 0, LIFT]
-        points, triangles = glyphs.arrow_triangles(lifted, drawn, normals)
-        self._window.add_triangles(points, triangles, Paint(arrows.color))
+        whole = self._on_surface(centers, drawn)
+        if whole.any():
+            points, triangles = glyphs.arrow_triangles(lifted[whole], drawn[whole], normals[whole])
+            self._window.add_triangles(points, triangles, Paint(arrows.color))
+
+    def _on_surface(self, centers: Floats, vectors: Floats) -> NDArray[np.bool_]:
+        """Return the mask of arrows that do not reach over a silhouette in front of other parts of the surface."""
+        room = STEP * np.linalg.norm(vectors, axis=1) + 0.02
+        ends = (self.depth_at(centers + share * vectors) for share in (-0.5, 0.25, 0.5))
+        return np.all([~(np.abs(end - centers[:, 2]) > room) for end in ends], axis=0)
 
     def _add_streaks(self, streaks: Streaks) -> None:
         """Add streaks with their outlines."""
@@ -194,24 +224,9 @@ class Stage:
             self._window.add_triangles(points, triangles, Paint(values=rgba))
 
 
-def turned_away(mesh: TriangleMesh, toward: Floats) -> NDArray[np.bool_]:
-    """Return the mask, (m,), of faces turned away from the viewer; empty unless the mesh is closed and oriented."""
-    if not (mesh.is_closed and mesh.is_oriented):
-        return np.zeros(mesh.n_faces, dtype=bool)
-    return np.asarray(mesh.face_normals @ toward <= 0)
-
-
-def in_sight(points: Floats, faces: NDArray[np.int32], nearest: Floats) -> bool:
-    """Return whether the center of a face, (k, 3), that was not drawn lies in front of everything drawn around it.
-
-    points: (n, 3) in camera coordinates. nearest: z at each pixel, (h, w), bottom row first. The tolerance is a pixel
-    in each direction.
-    """
-    height, width = nearest.shape
-    middles = glyphs.middles(points, faces)
-    places = np.floor(middles[:, :2] * height / 2 + [width / 2, height / 2]).astype(np.int64)
-    column, row = np.clip(places, 0, [width - 1, height - 1]).T
-    steps = [(i, j) for i in (-1, 0, 1) for j in (-1, 0, 1)]
-    round_it = (nearest[np.clip(row + i, 0, height - 1), np.clip(column + j, 0, width - 1)] for i, j in steps)
-    near = reduce(np.maximum, round_it)
-    return bool(np.any(middles[:, 2] > near + 2 / height))
+def _part(surface: Any, which: NDArray[np.bool_]) -> Any:
+    """Return the faces of a surface in a mask, with all its points."""
+    pyvista = pyvista_import().result()
+    part = pyvista.PolyData.from_regular_faces(surface.points, surface.regular_faces[which])
+    part.point_data.active_normals = surface.point_data.active_normals
+    return part

@@ -1,50 +1,43 @@
-"""Picture of transported vectors: bright arrows on a dark surface, one panel per diffusion time."""
+"""Picture of transported vectors: arrows on a light surface, one panel per diffusion time."""
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from geomhw.arrays import Floats
-from geomhw.mesh.surface_points import SurfacePoints
-from geomhw.mesh.triangle_mesh import TriangleMesh
-from geomhw.options import PANEL_WIDTH
 from geomhw.render.colors import plain_number
-from geomhw.render.layers import LIGHT, Arrows, Panel, Surface, Theme
-from geomhw.render.panels import draw
-from geomhw.render.scene import Image
-from geomhw.render.source_marks import MOST_DISCS, source_marks
-from geomhw.render.view import View, choose_view
+from geomhw.render.layers import Arrows, Panel, Surface
+from geomhw.render.look import AUTOMATIC, Look
+from geomhw.render.panels import Picture, draw
+from geomhw.render.source_marks import source_marks
+from geomhw.render.view import choose_view, landmarks
 from geomhw.results import Result
 
-DARK_SURFACE = "#3a414d"
-FIELD_COLOR = "#7fd4ff"
-SOURCE_COLOR = "#ffb000"
-#: Spacing of arrows, and length of the arrows at sources, as fractions of the panel.
-SPACING = 0.042
-SOURCE_LENGTH = 0.13
+FIELD_COLOR = "#1e5aa8"
+SOURCE_COLOR = "#d9480f"
+#: Spacing of arrows, and length of the longest one, as fractions of the panel.
+SPACING, LENGTH = 0.042, 0.06
 #: Margin around the mesh, a fraction of its larger extent: the arrow of a source on the rim sticks out.
-ROOM = 0.8 * SOURCE_LENGTH
+ROOM = 2 * LENGTH
 #: Largest number of panels in a row.
 MOST_IN_A_ROW = 4
 
 
-def transport_picture(
-    result: Result, size: tuple[int, int] | None = None, theme: Theme = LIGHT, width: int = PANEL_WIDTH
-) -> Image:
-    """Draw the transported field, one panel per diffusion time, with marked sources and large arrows at them.
+def transport_picture(result: Result, look: Look = AUTOMATIC, size: tuple[int, int] | None = None) -> Picture:
+    """Draw the transported field, one panel per diffusion time, with the sources and their vectors.
 
     Parameters
     ----------
     result : Result
         Of `VectorHeat` or `transport_over_times`.
-    size, theme, width
+    look, size
         As in `geodesic_picture`.
 
     Returns
     -------
     (height, width, 3) array, uint8
-        A ring marks a hidden source. Many sources are drawn as curves, with thinned arrows.
+        All arrows have one scale. A ring marks a source that the surface hides. Many sources are drawn as curves, with
+        thinned arrows.
 
     Raises
     ------
@@ -60,52 +53,41 @@ def transport_picture(
     """
     steps = result.report.get("times") or [result.report["time"]]
     names = ["transported"] if len(steps) == 1 else [f"transported_{k}" for k in range(len(steps))]
-    marks, curves = source_marks(result, SOURCE_COLOR)
+    marks, curves = source_marks(result, SOURCE_COLOR, labels=True)
+    vectors = np.zeros((0, 3)) if result.source_vectors is None else np.asarray(result.source_vectors)
     panels = []
     for name, step in zip(names, steps, strict=True):
         field = np.asarray(result[name])
-        longest = float(np.linalg.norm(field, axis=1).max()) or 1.0
-        large = _large_arrows(result, longest)
-        panels.append(
-            Panel(
-                f"transported, dt = {plain_number(step['t'], 4)} = {plain_number(step['t_over_h2'], 3)} h²",
-                Surface(color=DARK_SURFACE),
-                arrows=[Arrows(field, "vertex", FIELD_COLOR, scale=longest, spacing=SPACING), *large],
-                markers=marks,
-                curves=curves,
-            )
-        )
+        lengths = np.linalg.norm(np.concatenate([field, vectors]), axis=1)
+        longest = float(lengths.max()) or 1.0
+        scale = longest * SPACING / LENGTH
+        arrows = [Arrows(field, "vertex", FIELD_COLOR, scale=scale, spacing=SPACING)]
+        marked = marks
+        if len(marks) == len(vectors):
+            marked = [
+                replace(mark, vector=LENGTH / longest * v, label=_label(mark.label, v))
+                for mark, v in zip(marks, vectors, strict=True)
+            ]
+        elif result.sources is not None:
+            arrows.append(_at_sources(result, scale))
+        title = f"transported, dt = {plain_number(step['t'], 4)} = {plain_number(step['t_over_h2'], 3)} h²"
+        panels.append(Panel(title, Surface(), arrows=arrows, markers=marked, curves=curves))
     columns = None if len(panels) <= MOST_IN_A_ROW else MOST_IN_A_ROW
-    view = _roomy_view(result.mesh, [mark.vertex for mark in marks])
-    return draw(result.mesh, panels, size, columns, view, theme, width)
+    sources = [mark.vertex for mark in marks]
+    view = choose_view(result.mesh, landmarks(result.mesh, sources), look)
+    view = replace(view, extent=view.extent + ROOM * view.extent.max())
+    return draw(result.mesh, panels, size, columns, view, look)
 
 
-def _roomy_view(mesh: TriangleMesh, sources: Sequence[int]) -> View:
-    """Choose the view that shows most sources, with a margin for their arrows."""
-    view = choose_view(mesh, sources)
-    return replace(view, extent=view.extent + ROOM * view.extent.max())
+def _label(label: str, vector: Floats) -> str:
+    """Return the label of a source with the length of its vector."""
+    return f"{label}, |v| = {plain_number(float(np.linalg.norm(vector)), 3)}" if label else ""
 
 
-def _large_arrows(result: Result, longest: float) -> list[Arrows]:
-    """Return the arrows at sources, one layer per source if they are few, since each layer is thinned."""
-    sources, vectors = result.sources, result.source_vectors
-    if sources is None or vectors is None:
-        return []
-    every = np.arange(len(sources))
-    batches = every[:, None] if len(every) <= MOST_DISCS else every[None]
-    layers = []
-    for batch in batches:
-        for inside in (False, True):
-            which = batch[(sources.faces[batch] >= 0) == inside]
-            if len(which):
-                layers.append(_layer(result.mesh, sources[which], vectors[which], inside, longest))
-    return layers
-
-
-def _layer(mesh: TriangleMesh, sources: SurfacePoints, vectors: Floats, inside: bool, longest: float) -> Arrows:
-    """Return arrows at sources that are all vertices or all in faces."""
-    rows = sources.faces if inside else sources.corners[:, 0]
-    places = np.array(mesh.face_centers if inside else mesh.vertices)
-    arrows = np.zeros_like(places)
-    arrows[rows], places[rows] = vectors, sources.positions(mesh)
-    return Arrows(arrows, "face" if inside else "vertex", SOURCE_COLOR, longest, SOURCE_LENGTH, places)
+def _at_sources(result: Result, scale: float) -> Arrows:
+    """Return the vectors of many sources as thinned arrows."""
+    assert result.sources is not None
+    rows = result.sources.corners[np.arange(len(result.sources)), result.sources.weights.argmax(axis=1)]
+    places, arrows = np.array(result.mesh.vertices), np.zeros((result.mesh.n_vertices, 3))
+    arrows[rows], places[rows] = result.source_vectors, result.sources.positions(result.mesh)
+    return Arrows(arrows, "vertex", SOURCE_COLOR, scale, SPACING, places)

@@ -1,6 +1,6 @@
 """Choice of the view: a parallel projection from the mesh alone, independent of its scale and position.
 
-The y axis points up. The view is slightly from above, in the direction that shows most of the surface.
+Candidate directions are scored by silhouette, visible detail, visible landmarks and holes that are seen through.
 """
 
 from collections.abc import Sequence
@@ -12,18 +12,28 @@ from geomhw.arrays import Floats, Ints
 from geomhw.mesh.geometry import unit
 from geomhw.mesh.sampling import area_samples, points_on
 from geomhw.mesh.triangle_mesh import TriangleMesh
+from geomhw.render.look import AUTOMATIC, Look
 
 #: Ratio of thickness to width below which a mesh is flat.
 FLATNESS = 0.03
 #: Ratio of height to width above which a flat mesh is rotated to landscape.
 ELONGATION = 2.5
 
-_AZIMUTHS = np.radians(np.arange(12) * 30.0 + 30.0)
-_ELEVATIONS = np.radians([20.0, 40.0])
-_CELLS = 48
-_SAMPLES = 20_000
-_WEIGHTS = np.array([1.0, 0.6, 0.15])  # silhouette, bending, points of interest
-_FACING = 0.8
+_AZIMUTHS = np.radians(np.arange(24) * 15.0 + 30.0)
+_ELEVATIONS = np.radians([15.0, 35.0, 60.0])
+#: What higher elevations cost.
+_STEEP = [0.0, 0.12, 0.3]
+_CELLS = 32
+_SAMPLES = 10_000
+_WEIGHTS = np.array([1.0, 0.3, 0.7, 0.1, 0.8])  # silhouette, bending, bending of the top, points of interest, holes
+_FACING = 1.0
+#: Added weight of points of interest that the user chose.
+_CHOSEN = 0.6
+#: Smallest number of cells of a hole.
+_HOLE = 4
+#: Height of the base of a mesh, a fraction of its height.
+_BASE = 0.03
+_UPWARD = {name: np.eye(3)[k] for k, name in enumerate("xyz")}
 
 
 @dataclass(frozen=True)
@@ -48,59 +58,107 @@ class View:
         return np.asarray((points - self.center) @ self.axes.T)
 
 
-def choose_view(mesh: TriangleMesh, interest: Sequence[int] = ()) -> View:
-    """Choose a view that shows the shape and, if possible, the vertices of ``interest``."""
+def choose_view(mesh: TriangleMesh, interest: Sequence[int] = (), look: Look = AUTOMATIC) -> View:
+    """Choose a view that shows the shape, its holes and, if possible, the vertices of ``interest``.
+
+    interest: vertices of equal weight; by default those of `landmarks`. look: its ``view``, ``up`` and ``zoom`` replace
+    the automatic choices.
+    """
     used = np.delete(mesh.vertices, mesh.unreferenced_vertices, axis=0)
     middle = (used.min(axis=0) + used.max(axis=0)) / 2
-    size = np.ptp(used, axis=0).max()
-    points = (used - middle) / size
-    axes = _flat_axes(points, mesh) if _is_flat(points) else None
-    if axes is None:
-        bends, bending = _bends(mesh)
-        scene = [(p - middle) / size for p in (surface_samples(mesh, _SAMPLES), bends, mesh.vertices[list(interest)])]
-        candidates = [_axes(_direction(a, e), np.array([0.0, 1.0, 0.0])) for e in _ELEVATIONS for a in _AZIMUTHS]
-        shown = np.array([_measure(axes, scene[0], scene[1], bending, scene[2]) for axes in candidates])
-        # Prefer the side to which the top fifth leans, where the face of a figure is.
-        top = scene[0][:, 1] > np.quantile(scene[0][:, 1], 0.8)
-        ahead = scene[0][top].mean(axis=0) - scene[0].mean(axis=0)
-        facing = np.array([axes[2, [0, 2]] @ ahead[[0, 2]] for axes in candidates])
-        scores = shown / np.maximum(shown.max(axis=0), 1e-300) @ _WEIGHTS + _FACING * facing
-        # The first of nearly equal scores keeps views of symmetric shapes independent of rounding.
-        axes = candidates[int(np.argmax(scores > scores.max() - 1e-3))]
+    points = (used - middle) / np.ptp(used, axis=0).max()
+    if look.view:
+        azimuth, elevation = look.angles
+        up = _UPWARD[look.up] if look.up else guess_up(mesh)
+        axes = camera_axes(np.radians(azimuth), np.radians(elevation), up)
+    elif _is_flat(points) and not look.up:
+        axes = _flat_axes(points, mesh)
+    else:
+        axes = _best_axes(mesh, middle, interest or landmarks(mesh), look)
     seen = (used - middle) @ axes.T
     low, high = seen.min(axis=0), seen.max(axis=0)
-    return View(axes, middle + (low + high) / 2 @ axes, (high - low)[:2] / 2)
+    return View(axes, middle + (low + high) / 2 @ axes, (high - low)[:2] / 2 / look.zoom)
 
 
-def visible(mesh: TriangleMesh, view: View, vertices: Sequence[int], at: Floats | None = None) -> list[bool]:
-    """Return whether each vertex is visible: no face lies in front of it.
+def landmarks(mesh: TriangleMesh, sources: Sequence[int] = ()) -> list[int]:
+    """Return the sources, by default the vertex of largest y, and the vertex farthest from the first in space."""
+    used = np.unique(mesh.faces)
+    first = list(sources) or [_top(mesh)]
+    away = np.linalg.norm(mesh.vertices[used] - mesh.vertices[first[0]], axis=1)
+    return [*first, int(used[away.argmax()])]
 
-    at: (k, 3), a point in a face of each vertex, tested instead of the vertex.
+
+def _top(mesh: TriangleMesh) -> int:
+    """Return the vertex of largest y, the default source."""
+    used = np.unique(mesh.faces)
+    return int(used[mesh.vertices[used, 1].argmax()])
+
+
+def camera_axes(azimuth: float, elevation: float, up: Ints | Floats) -> Floats:
+    """Return the rows right, up and toward the viewer, for angles in radians about an upward coordinate axis.
+
+    Azimuth 0 is the front: +z if y points up, -y if z does, +y if x does; it grows to the right.
     """
-    points = view.project(mesh.vertices)
-    places = points[list(vertices)] if at is None else view.project(at)
-    near = 1e-3 * np.ptp(points, axis=0).max()
-    answers = []
-    for vertex, p in zip(vertices, places, strict=True):  # a handful of markers
-        round_it = mesh.faces[_boxed(points, mesh.faces, p)]
-        a, b, c = (points[round_it[:, k]] for k in range(3))
-        areas = np.stack([_turn(b - p, c - p), _turn(c - p, a - p), _turn(a - p, b - p)], axis=1)
-        total = areas.sum(axis=1)
-        inside = (total != 0) & (((areas >= 0).all(axis=1)) | ((areas <= 0).all(axis=1)))
-        weights = areas[inside] / total[inside, None]
-        depth = np.einsum("fk,fk->f", weights, np.stack([a[inside, 2], b[inside, 2], c[inside, 2]], axis=1))
-        own = (round_it[inside] == vertex).any(axis=1)
-        answers.append(not np.any((depth > p[2] + near) & ~own))
-    return answers
+    number = int(np.argmax(up))
+    front = np.array([[0.0, 1, 0], [0, 0, 1], [0, -1, 0]])[number]
+    right = np.cross(up, front)
+    level = np.cos(azimuth) * front + np.sin(azimuth) * right
+    toward = np.cos(elevation) * level + np.sin(elevation) * np.asarray(up)
+    across = np.cos(azimuth) * right - np.sin(azimuth) * front
+    return np.stack([across, np.cross(toward, across), toward])
 
 
-def _boxed(points: Floats, faces: Ints, p: Floats) -> Ints:
-    """Return the faces whose bounding box in the picture contains p."""
-    sides = np.zeros(len(points), dtype=np.uint8)
-    for bit, away in enumerate((points[:, 0] < p[0], points[:, 0] > p[0], points[:, 1] < p[1], points[:, 1] > p[1])):
-        sides |= away.astype(np.uint8) << bit
-    a, b, c = (sides[faces[:, k]] for k in range(3))
-    return np.flatnonzero(a & b & c == 0)  # the corners are not all on one side of p
+def guess_up(mesh: TriangleMesh) -> Floats:
+    """Return the coordinate axis that points up: y, unless the mesh stands far more firmly along another axis."""
+    points = surface_samples(mesh, _SAMPLES)
+    points = (points - points.mean(axis=0)) / (np.ptp(points, axis=0).max() or 1.0)
+    firm = [_firmness(points, axis) for axis in range(3)]
+    best = max((2, 0), key=lambda axis: firm[axis])
+    axis = best if firm[best] > 2 * firm[1] + 0.1 else 1
+    return np.eye(3)[axis]
+
+
+def _firmness(points: Floats, axis: int) -> float:
+    """Return how firmly points stand along an axis: the share of the footprint that the base covers; 0 if they tip.
+
+    The base is the convex hull of the lowest points. Points tip if their mean does not lie above it.
+    """
+    from scipy.spatial import ConvexHull, QhullError
+
+    height, floor = points[:, axis], np.delete(points, axis, axis=1)
+    low, high = height.min(), height.max()
+    base = floor[height < low + _BASE * (high - low)]
+    try:
+        hull = ConvexHull(base)
+        footprint = ConvexHull(floor)
+    except (QhullError, ValueError):
+        return 0.0
+    margin = -float(hull.equations[:, 2].max())  # the mean is the origin
+    return float(hull.volume / footprint.volume) if margin > 0 else 0.0
+
+
+def _best_axes(mesh: TriangleMesh, middle: Floats, interest: Sequence[int], look: Look) -> Floats:
+    """Return the axes with the highest score."""
+    up = _UPWARD[look.up] if look.up else guess_up(mesh)
+    size = np.ptp(mesh.vertices[np.unique(mesh.faces)], axis=0).max()
+    bends, bending = _bends(mesh)
+    clouds = (surface_samples(mesh, _SAMPLES), bends, mesh.vertices[list(interest)])
+    scene = [(cloud - middle) / size for cloud in clouds]
+    candidates = [camera_axes(a, e, up) for e in _ELEVATIONS for a in _AZIMUTHS]
+    height = scene[0] @ up
+    weights = np.stack([bending, bending * (scene[1] @ up > np.quantile(height, 0.7))])
+    shown = np.array([_measure(axes, scene[0], scene[1], weights, scene[2]) for axes in candidates])
+    shown[:, 4] = np.minimum(shown[:, 4], max(mesh.genus or 0, 0))
+    # Prefer the side to which the top fifth leans, where the face of a figure is.
+    ahead = scene[0][height > np.quantile(height, 0.8)].mean(axis=0) - scene[0].mean(axis=0)
+    ahead -= (ahead @ up) * up
+    facing = np.array([axes[2] @ ahead for axes in candidates])
+    weights = _WEIGHTS.copy()
+    weights[3] += 0.0 if interest[0] == _top(mesh) else _CHOSEN
+    scores = shown / np.maximum(shown.max(axis=0), 1e-300) @ weights + _FACING * facing
+    scores -= np.repeat(_STEEP, len(_AZIMUTHS))
+    # The first of nearly equal scores keeps views of symmetric shapes independent of rounding.
+    return candidates[int(np.argmax(scores > scores.max() - 1e-3))]
 
 
 def surface_samples(mesh: TriangleMesh, count: int) -> Floats:
@@ -108,23 +166,6 @@ def surface_samples(mesh: TriangleMesh, count: int) -> Floats:
     if mesh.face_areas.sum() <= 0:
         return mesh.face_centers
     return points_on(mesh, *area_samples(mesh, count))
-
-
-def _turn(p: Floats, q: Floats) -> Floats:
-    """Return the z component of cross products, (k,)."""
-    return np.asarray(p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0])
-
-
-def _direction(azimuth: float, elevation: float) -> Floats:
-    """Return the unit vector toward the viewer; azimuth 0 is +z and grows toward +x."""
-    across = np.cos(elevation)
-    return np.array([across * np.sin(azimuth), np.sin(elevation), across * np.cos(azimuth)])
-
-
-def _axes(toward: Floats, up: Floats) -> Floats:
-    """Return the rows right, up, toward, from the direction to the viewer and an upward vector."""
-    right = unit(np.cross(up, toward))
-    return np.stack([right, np.cross(toward, right), toward])
 
 
 def _is_flat(points: Floats) -> bool:
@@ -141,7 +182,8 @@ def _flat_axes(points: Floats, mesh: TriangleMesh) -> Floats:
     tallest = thin[np.abs(thin).argmax()]
     toward = thin if (side if abs(side) > 1e-6 * mesh.face_areas.sum() else tallest) > 0 else -thin
     up = np.array([0.0, 1.0, 0.0]) if abs(toward[1]) < 0.7 else np.array([0.0, 0.0, -1.0])
-    axes = _axes(toward, up)
+    right = unit(np.cross(up, toward))
+    axes = np.stack([right, np.cross(toward, right), toward])
     extent = np.ptp(points @ axes.T, axis=0)
     if extent[1] > ELONGATION * extent[0]:
         axes = np.stack([axes[1], -axes[0], axes[2]])
@@ -157,16 +199,23 @@ def _bends(mesh: TriangleMesh) -> tuple[Floats, Floats]:
 
 
 def _measure(axes: Floats, cloud: Floats, bends: Floats, bending: Floats, poi: Floats) -> list[float]:
-    """Return the area of the silhouette, the visible bending, and the visible share of the points of interest.
+    """Return the area of the silhouette, the visible bending, the visible points, the number of holes.
 
-    Visibility is by a coarse depth buffer; the extent of the points is 1.
+    bending: (k, b), of which each row gives one number. Visibility is by a coarse depth buffer; the extent of the
+    points is 1.
     """
+    from scipy import ndimage
+
     seen = np.concatenate([cloud, bends, poi]) @ axes.T
     cell = np.floor((seen[:, :2] + 1) * _CELLS).astype(np.int64)
     key = cell[:, 0] * 2 * _CELLS + cell[:, 1]
     nearest = np.full(4 * _CELLS**2, -np.inf)
     np.maximum.at(nearest, key[: len(cloud)], seen[: len(cloud), 2])
     in_sight = seen[len(cloud) :, 2] > nearest[key[len(cloud) :]] - 2 / _CELLS
-    silhouette = np.isfinite(nearest).sum() / _CELLS**2
-    detail = in_sight[: len(bends)] @ bending
-    return [silhouette, detail, in_sight[len(bends) :].mean() if len(poi) else 0.0]
+    filled = np.isfinite(nearest)
+    shares = np.append(np.ones(len(poi) - 1), 0.5)  # the last one is the farthest point
+    silhouette = filled.sum() / _CELLS**2
+    detail = bending @ in_sight[: len(bends)]
+    gaps, _ = ndimage.label(~filled.reshape(2 * _CELLS, -1))
+    holes = np.count_nonzero(np.bincount(gaps.ravel())[1:] >= _HOLE) - 1
+    return [silhouette, *detail, in_sight[len(bends) :] @ shares, holes]

@@ -1,7 +1,4 @@
-"""Offscreen VTK window: add triangles and lines, read pixels and depths.
-
-Only the VTK modules that draw are imported; all of VTK, or pyvista, takes a second to load.
-"""
+"""Offscreen pyvista plotter with a fixed camera: add triangles, read pixels and depths."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -12,12 +9,12 @@ from numpy.typing import NDArray
 from geomhw.arrays import Floats, Ints
 from geomhw.render import offscreen
 
-#: Color of highlights on surfaces colored by values.
-GLINT = "#add8e6"
-#: Position and intensity of the lights.
-LIGHTS = (((-0.5, 0.8, 1.2), 0.7), ((0.8, -0.1, 1.0), 0.35))
-#: Coefficients of the Phong reflection model.
-AMBIENT, DIFFUSE, SPECULAR, SHININESS = 0.52, 0.55, 0.08, 20.0
+#: Direction of the light. Its intensity shows the color of the bar unchanged where the surface faces the viewer.
+LIGHT_FROM = (-0.4, 0.6, 1.0)
+#: Ambient share of the light on surfaces colored by values, and on plain ones.
+AMBIENT_COLORED, AMBIENT_PLAIN = 0.6, 0.4
+#: Dihedral angle, in degrees, above which an edge is shaded as a crease.
+CREASE = 55.0
 
 
 @dataclass(frozen=True)
@@ -27,174 +24,121 @@ class Paint:
     values: numbers from 0 to 1 along ``table`` (RGBA rows, uint8); without a table, RGB or RGBA rows, uint8.
     """
 
-    color: str = GLINT
+    color: str = "#ffffff"
     values: NDArray[Any] | None = None
     table: NDArray[np.uint8] | None = None
     per_face: bool = False
 
 
 class Window:
-    """A window of ``size`` pixels, off screen; y runs from -1 to 1 over the height, the viewer looks along -z.
+    """A plotter of ``size`` pixels, off screen; y runs from -1 to 1 over the height, the viewer looks along -z.
 
-    depth: largest distance of a point from the plane z = 0. samples: number of samples per pixel.
+    depth: largest distance of a point from the plane z = 0.
     """
 
-    def __init__(self, size: tuple[int, int], background: str, depth: float, samples: int) -> None:
+    def __init__(self, size: tuple[int, int], background: str, depth: float) -> None:
         offscreen.prepare()
-        import vtkmodules.vtkRenderingOpenGL2  # noqa: F401  registers the OpenGL classes
-        from vtkmodules.vtkRenderingCore import vtkLight, vtkRenderer, vtkRenderWindow
-
-        self.size = size
-        self._renderer = vtkRenderer()
-        self._renderer.SetBackground(*_rgb(background))
-        self._renderer.SetAutomaticLightCreation(False)
-        self._renderer.SetUseOIT(False)  # translucent layers are drawn in the order of addition
-        for position, intensity in LIGHTS:
-            light = vtkLight()
-            light.SetLightTypeToSceneLight()
-            light.SetPosition(*position)
-            light.SetIntensity(intensity)
-            self._renderer.AddLight(light)
-        self._window = vtkRenderWindow()
-        self._window.SetOffScreenRendering(True)
-        self._window.SetMultiSamples(samples)
-        self._window.SetSize(*size)
-        self._window.AddRenderer(self._renderer)
+        pyvista = offscreen.pyvista_import().result()
         self._depth = depth
-        camera = self._renderer.GetActiveCamera()
-        camera.SetPosition(0, 0, 2 * depth)
-        camera.SetFocalPoint(0, 0, 0)
-        camera.SetViewUp(0, 1, 0)
-        camera.SetParallelProjection(True)
-        camera.SetParallelScale(1.0)
-        camera.SetClippingRange(depth * 0.5, depth * 3.5)
+        self._plotter = plotter = pyvista.Plotter(off_screen=True, window_size=list(size), lighting="none")
+        plotter.background_color = background
+        plotter.renderer.SetUseOIT(False)  # pyvista has no name for this: translucent layers in the order of addition
+        length = float(np.linalg.norm(LIGHT_FROM))
+        plotter.add_light(
+            pyvista.Light(position=LIGHT_FROM, light_type="scene light", intensity=length / LIGHT_FROM[2])
+        )
+        plotter.enable_parallel_projection()
+        plotter.camera_position = [(0, 0, 2 * depth), (0, 0, 0), (0, 1, 0)]
+        plotter.camera.parallel_scale = 1.0
+        plotter.camera.clipping_range = (0.5 * depth, 3.5 * depth)
 
     def close(self) -> None:
-        """Close the window."""
-        self.clear()
-        self._window.Finalize()
+        """Close the plotter."""
+        self._plotter.close()
 
     def clear(self) -> None:
         """Remove everything that was added."""
-        self._renderer.RemoveAllViewProps()
+        self._plotter.clear_actors()
 
-    def add_triangles(self, points: Floats, triangles: Ints, paint: Paint, normals: Floats | None = None) -> None:
-        """Add triangles, (k, 3), of points, (p, 3); with point normals, (p, 3), they are smoothly lit."""
-        from vtkmodules.util.numpy_support import numpy_to_vtk
+    def add_surface(self, surface: Any, paint: Paint) -> None:
+        """Add lit triangles with normals, as `smooth_surface` makes them."""
+        ambient = AMBIENT_PLAIN if paint.values is None else AMBIENT_COLORED
+        self._add(surface, paint, lighting=True, ambient=ambient, diffuse=1 - ambient, interpolation="Phong")
 
-        data = _poly_data(points)
-        data.SetPolys(_cells(triangles))
-        mapper = _mapper(data, paint)
-        actor = _actor(mapper, paint.color)
-        look = actor.GetProperty()
-        if normals is None:
-            look.LightingOff()
-        else:
-            data.GetPointData().SetNormals(numpy_to_vtk(normals.astype(np.float32)))
-            look.SetInterpolationToPhong()
-            look.SetAmbient(AMBIENT)
-            look.SetDiffuse(DIFFUSE)
-            look.SetSpecular(SPECULAR)
-            look.SetSpecularPower(SHININESS)
-        self._renderer.AddActor(actor)
-
-    def add_lines(self, segments: Floats, color: str, width: float) -> None:
-        """Add unlit line segments, (s, 2, 3), of the given width in pixels."""
-        data = _poly_data(segments.reshape(-1, 3))
-        data.SetLines(_cells(np.arange(2 * len(segments), dtype=np.int32).reshape(-1, 2)))
-        actor = _actor(_mapper(data, Paint()), color)
-        actor.GetProperty().LightingOff()
-        actor.GetProperty().SetLineWidth(width)
-        self._renderer.AddActor(actor)
+    def add_triangles(self, points: Floats, triangles: Ints, paint: Paint) -> None:
+        """Add unlit triangles, (k, 3), of points, (p, 3)."""
+        self._add(_triangles(points, triangles), paint, lighting=False)
 
     def pixels(self) -> NDArray[np.uint8]:
         """Draw and return the picture, (h, w, 3), top row first."""
-        from vtkmodules.util.numpy_support import vtk_to_numpy
-        from vtkmodules.vtkCommonCore import vtkUnsignedCharArray
-
-        self._window.Render()
-        width, height = self.size
-        read = vtkUnsignedCharArray()
-        self._window.GetPixelData(0, 0, width - 1, height - 1, 0, read, 0)
-        return np.asarray(vtk_to_numpy(read).reshape(height, width, 3)[::-1])
+        pyvista = offscreen.pyvista_import().result()
+        # pyvista's screenshot and get_image_depth draw the picture once more each.
+        window = self._plotter.render_window
+        width, height = window.GetSize()
+        read = pyvista.convert_array(np.zeros(3 * width * height, dtype=np.uint8))
+        window.Render()
+        window.GetPixelData(0, 0, width - 1, height - 1, 0, read, 0)
+        return np.asarray(pyvista.convert_array(read).reshape(height, width, 3)[::-1])
 
     def nearest(self) -> Floats:
-        """Return the z of the visible point at each pixel of the last picture, (h, w), bottom row first."""
-        from vtkmodules.util.numpy_support import vtk_to_numpy
-        from vtkmodules.vtkCommonCore import vtkFloatArray
+        """Return the z of the visible point at each pixel of the last picture, (h, w), top row first.
 
-        width, height = self.size
-        read = vtkFloatArray()
-        self._window.GetZbufferData(0, 0, width - 1, height - 1, read)
-        return np.asarray(
-            self._depth * (1.5 - 3.0 * vtk_to_numpy(read).reshape(height, width))
-        )  # the buffer is 0 to 1 over the clipping range
+        It is nan at the background.
+        """
+        pyvista = offscreen.pyvista_import().result()
+        window = self._plotter.render_window
+        width, height = window.GetSize()
+        read = pyvista.convert_array(np.zeros(width * height, dtype=np.float32))
+        window.GetZbufferData(0, 0, width - 1, height - 1, read)
+        buffer = pyvista.convert_array(read).reshape(height, width)[::-1]  # 0 to 1 over the clipping range
+        return np.where(buffer < 1, self._depth * (1.5 - 3.0 * buffer), np.nan)
 
-
-def _poly_data(points: Floats) -> Any:
-    """Make a vtkPolyData with points only."""
-    from vtkmodules.util.numpy_support import numpy_to_vtk
-    from vtkmodules.vtkCommonCore import vtkPoints
-    from vtkmodules.vtkCommonDataModel import vtkPolyData
-
-    places = vtkPoints()
-    places.SetData(numpy_to_vtk(points.astype(np.float32)))
-    data = vtkPolyData()
-    data.SetPoints(places)
-    return data
-
-
-def _cells(corners: Ints) -> Any:
-    """Make a vtkCellArray of cells with the same number of corners, (k, d)."""
-    from vtkmodules.util.numpy_support import numpy_to_vtk
-    from vtkmodules.vtkCommonDataModel import vtkCellArray
-
-    cells = vtkCellArray()
-    cells.SetData(corners.shape[1], numpy_to_vtk(corners.astype(np.int32).ravel()))
-    return cells
+    def _add(self, data: Any, paint: Paint, **look: Any) -> None:
+        """Add a mesh with the colors of ``paint``."""
+        pyvista = offscreen.pyvista_import().result()
+        if paint.values is None:
+            look["color"] = paint.color
+        elif paint.table is None:
+            look |= {"scalars": paint.values, "rgb": True}
+        else:
+            table = pyvista.LookupTable(values=paint.table, scalar_range=(0.0, 1.0))
+            look |= {"scalars": paint.values, "cmap": table, "clim": (0.0, 1.0), "interpolate_before_map": True}
+        look["preference"] = "cell" if paint.per_face else "point"
+        self._plotter.add_mesh(
+            data, show_scalar_bar=False, reset_camera=False, render=False, pickable=False, copy_mesh=False, **look
+        )
 
 
-def _mapper(data: Any, paint: Paint) -> Any:
-    """Make a mapper with the colors of ``paint``."""
-    from vtkmodules.util.numpy_support import numpy_to_vtk
-    from vtkmodules.vtkCommonCore import vtkLookupTable
-    from vtkmodules.vtkRenderingCore import vtkPolyDataMapper
+def smooth_surface(points: Floats, faces: Ints, crease: float = CREASE) -> Any:
+    """Return a pyvista surface with point normals, with vertices split along edges sharper than ``crease`` degrees.
 
-    mapper = vtkPolyDataMapper()
-    mapper.SetInputData(data)
-    mapper.SetScalarVisibility(paint.values is not None)
-    if paint.values is None:
-        return mapper
-    place = data.GetCellData() if paint.per_face else data.GetPointData()
-    place.SetScalars(numpy_to_vtk(np.ascontiguousarray(paint.values)))
-    if paint.per_face:
-        mapper.SetScalarModeToUseCellData()
-    else:
-        mapper.SetScalarModeToUsePointData()
-    if paint.table is None:
-        mapper.SetColorModeToDirectScalars()
-        return mapper
-    colors = vtkLookupTable()
-    colors.SetTable(numpy_to_vtk(np.ascontiguousarray(paint.table)))
-    colors.SetTableRange(0.0, 1.0)
-    mapper.SetLookupTable(colors)
-    mapper.SetScalarRange(0.0, 1.0)
-    mapper.SetColorModeToMapScalars()
-    mapper.SetInterpolateScalarsBeforeMapping(True)
-    return mapper
+    Its point array ``origin`` holds the index of the copied vertex. Faces keep their order. Vertices without faces have
+    no point.
+    """
+    used = np.flatnonzero(np.bincount(np.asarray(faces).ravel(), minlength=len(points)))
+    number = np.zeros(len(points), dtype=np.int32)
+    number[used] = np.arange(len(used))
+    surface = _triangles(points[used], number[faces])
+    surface.point_data["origin"] = used
+    return surface.compute_normals(
+        cell_normals=False,
+        split_vertices=True,
+        feature_angle=crease,
+        consistent_normals=False,
+        auto_orient_normals=False,
+        inplace=False,
+    )
 
 
-def _actor(mapper: Any, color: str) -> Any:
-    """Make an actor of one color."""
-    from vtkmodules.vtkRenderingCore import vtkActor
-
-    actor = vtkActor()
-    actor.SetMapper(mapper)
-    actor.GetProperty().SetColor(*_rgb(color))
-    return actor
+def isolines(surface: Any, values: Floats, levels: Floats) -> Floats:
+    """Return the segments, (s, 2, 3), where values per point of a surface equal a level."""
+    lines = surface.contour(levels, scalars=values, compute_normals=False)
+    if not lines.n_cells:
+        return np.zeros((0, 2, 3))
+    return np.asarray(lines.points[lines.lines.reshape(-1, 3)[:, 1:]], dtype=float)
 
 
-def _rgb(color: str) -> tuple[float, float, float]:
-    """Convert "#rrggbb" to numbers from 0 to 1."""
-    red, green, blue = bytes.fromhex(color[1:])
-    return red / 255, green / 255, blue / 255
+def _triangles(points: Floats, triangles: Ints) -> Any:
+    """Return a pyvista surface of triangles."""
+    pyvista = offscreen.pyvista_import().result()
+    return pyvista.PolyData.from_regular_faces(points.astype(np.float32), np.asarray(triangles))

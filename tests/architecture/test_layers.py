@@ -36,9 +36,9 @@ ALLOWED |= {
 }
 #: Libraries that one room keeps to itself.
 PRIVATE = {
-    "pyvista": {"results", "render"},
-    "vtkmodules": {"render"},
-    "vtk": {"render"},
+    "pyvista": {"render", "results"},
+    "vtkmodules": set(),
+    "vtk": set(),
     "click": {"cli"},
     "meshio": {"io", "results"},
     "geomhw_cli": {"cli", "__main__"},

@@ -21,7 +21,7 @@ def folder(folder: Path) -> Path:
 @pytest.mark.parametrize(("first", "then"), [([], TRACED), (TRACED, ["--tracers", "45"])])
 def test_restart_with_other_tracers(first: list[str], then: list[str], folder: Path) -> None:
     """A restart with a different number of tracers is refused."""
-    run("fluid", "ball.off", *SHORT, *first, "-q")
+    run("fluid", "ball.off", "-o", "ball.fluid.pvd", *SHORT, *first, "-q")
     before = contents(folder)
     one_line(run("fluid", "ball.off", *SHORT, *then, "--restart", "ball.fluid.restart.npz"), "tracers = ", "start anew")
     assert contents(folder) == before
@@ -45,7 +45,7 @@ def test_manifolds_only(folder: Path) -> None:
     before = files(folder)
     one_line(run("advect", "fan.off", *SHORT, *TRACED), "tracers", "3 faces meet at edge 0-1")
     assert files(folder) == before
-    assert run("advect", "moebius.off", *SHORT, *TRACED, "-q").exit_code == 0
+    assert run("advect", "moebius.off", *SHORT, *TRACED, "--no-png", "-q").exit_code == 0
 
 
 def test_tracers_read_from_are_not_written_over(folder: Path) -> None:

@@ -2,13 +2,16 @@
 
 import numpy as np
 import pytest
+from scipy import ndimage
 from scipy.spatial.transform import Rotation
 
 from geomhw.mesh.primitives import icosphere
-from geomhw.render import flow_pictures
-from geomhw.render.flow_pictures import ARROW_COLOR, contact_sheet, flow_film
+from geomhw.options import PANEL_WIDTH
+from geomhw.render import flow_pictures, panels
+from geomhw.render.canvas import Text
+from geomhw.render.flow_pictures import ARROW_COLOR, contact_sheet, even_times, flow_film
 from geomhw.render.glyphs import comets
-from geomhw.render.panels import PANEL_WIDTH
+from geomhw.render.look import Look
 from geomhw.render.view import choose_view
 from geomhw.results import Cloud, Field, Result
 from support.pictures import count, needs_opengl
@@ -25,14 +28,17 @@ Pictures = list[np.ndarray]
 
 
 def moment(
-    color: np.ndarray | float, velocity: np.ndarray = REST, vorticity: float | np.ndarray | None = None
+    color: np.ndarray | float,
+    velocity: np.ndarray = REST,
+    vorticity: float | np.ndarray | None = None,
+    time: float = 0.0,
 ) -> Result:
-    """Return a frame of a flow at time 0."""
+    """Return a frame of a flow."""
     n = BALL.n_vertices
     fields = [
         Field("color", "vertex", np.full(n, color) if np.ndim(color) == 0 else np.asarray(color)),
         Field("velocity", "face", velocity),
-        Field("time", "mesh", np.array([0.0])),
+        Field("time", "mesh", np.array([time])),
     ]
     if vorticity is not None:
         fields.append(Field("vorticity", "vertex", vorticity * np.ones(n)))
@@ -73,13 +79,14 @@ def test_limits_hold_over_the_film() -> None:
 
 @needs_opengl
 def test_one_size() -> None:
-    """All frames have one size: one panel, or two where there is vorticity."""
+    """All frames have one size: one panel, or two where there is vorticity, or speed without vorticity."""
     plain = film(moment(BALL.vertices[:, 0], SPIN), moment(BALL.vertices[:, 0], 2 * SPIN))
     swirling = film(moment(0.5, SPIN, 0.0), moment(0.5, SPIN, BALL.vertices[:, 1]))
     still = film(moment(0.5, SPIN, 0.0), moment(0.6, SPIN, 0.0))
-    for pictures, panels in ((plain, 1), (swirling, 2), (still, 1)):
+    rest = film(moment(0.5, REST, 0.0))
+    for pictures, count_ in ((plain, 1), (swirling, 2), (still, 2), (rest, 1)):
         assert len({picture.shape for picture in pictures}) == 1
-        assert pictures[0].shape[1:] == (panels * PANEL_WIDTH, 3)
+        assert pictures[0].shape[1:] == (count_ * PANEL_WIDTH, 3)
 
 
 @needs_opengl
@@ -97,7 +104,7 @@ def test_arrows(monkeypatch: pytest.MonkeyPatch) -> None:
     """Arrows have the scale of the film: none at rest, shorter ones for slower flow."""
     monkeypatch.setattr(flow_pictures, "ARROW_COLOR", MAGENTA)
     rest, slow, fast = (count(picture, MAGENTA) for picture in film(*(moment(0.5, k * SPIN) for k in (0, 1, 3))))
-    assert rest < 200  # the key under the panel
+    assert rest < 400  # the key under the panel
     assert fast > slow > rest
     assert fast - rest > 2 * (slow - rest)
 
@@ -186,7 +193,7 @@ def white(faces: np.ndarray, turn: float = 0.0, speed: float = 0.0) -> int:
 @pytest.fixture
 def _same_view(monkeypatch: pytest.MonkeyPatch) -> None:
     """Fix the view to that of the sphere."""
-    monkeypatch.setattr(flow_pictures, "choose_view", lambda mesh, interest: choose_view(mesh))
+    monkeypatch.setattr(panels, "choose_view", lambda mesh, *_: choose_view(mesh))
 
 
 @needs_opengl
@@ -273,32 +280,32 @@ def test_arrows_are_dark() -> None:
     assert int(ARROW_COLOR[1:], 16) < 0x202020
 
 
-def plain(level: int, size: tuple[int, int] = (40, 60)) -> np.ndarray:
-    """Return a gray picture."""
-    return np.full((*size, 3), level, dtype=np.uint8)
+@needs_opengl
+@pytest.mark.parametrize(("frames", "most", "drawn"), [(1, 12, 1), (2, 12, 2), (7, 12, 7), (30, 12, 12), (5, 3, 3)])
+def test_contact_sheet(frames: int, most: int, drawn: int) -> None:
+    """A contact sheet has a panel for each chosen frame, and is about square."""
+    sheet = contact_sheet(
+        [moment(BALL.vertices[:, 0], SPIN, time=k) for k in range(frames)], look=Look(width=240), most=most
+    )
+    ball = ndimage.label(ndimage.binary_erosion((sheet.min(axis=2) < 250), iterations=20))[1]
+    assert ball == drawn
+    assert drawn < 3 or 0.4 < sheet.shape[0] / sheet.shape[1] < 2.5
 
 
-def test_contact_sheet() -> None:
-    """A contact sheet fills rows from the left at half size, with white at the end."""
-    sheet = contact_sheet([plain(20 * k) for k in range(5)], columns=3)
-    assert sheet.shape == (40, 90, 3)
-    found = [int(sheet[10 + 20 * row, 15 + 30 * column, 0]) for row in range(2) for column in range(3)]
-    assert found == [0, 20, 40, 60, 80, 255]
+@needs_opengl
+def test_contact_sheet_has_one_bar_for_each_quantity() -> None:
+    """The color bars of a sheet are below all panels, and there is one for the color and one for the vorticity."""
+    frames = [moment(BALL.vertices[:, 0], SPIN, BALL.vertices[:, 1], k) for k in range(4)]
+    look = Look(width=480)
+    sheet = np.asarray(contact_sheet(frames, look=look))
+    texts = [item.text for item in contact_sheet(frames, look=look).canvas.items if isinstance(item, Text)]
+    assert [texts.count(label) for label in ("color", "vorticity [1/time]")] == [1, 1]
+    assert min(item.size for item in contact_sheet(frames, look=look).canvas.items if isinstance(item, Text)) >= 10
+    assert (sheet[-80:] < 250).any()
 
 
-def test_few_pictures_keep_their_size() -> None:
-    """One or two pictures keep their size."""
-    assert contact_sheet([plain(9)]).shape == (40, 60, 3)
-    sheet = contact_sheet([plain(9), plain(7)])
-    assert sheet.shape[0] * sheet.shape[1] == 2 * 40 * 60
-    assert set(np.unique(sheet)) == {7, 9}
-
-
-@pytest.mark.parametrize("size", [(100, 100), (100, 200), (100, 50), (101, 77)])
-@pytest.mark.parametrize("count_", [3, 4, 7, 12])
-def test_a_sheet_is_about_square(count_: int, size: tuple[int, int]) -> None:
-    """A contact sheet is about square, with every picture and no empty row."""
-    sheet = contact_sheet([plain(k, size) for k in range(count_)])
-    rows, columns = round(2 * sheet.shape[0] / size[0]), round(2 * sheet.shape[1] / size[1])
-    assert rows * columns >= count_ > (rows - 1) * columns
-    assert 0.4 < sheet.shape[0] / sheet.shape[1] < 2.5
+def test_even_times() -> None:
+    """Frames of a sheet are those nearest to an even division of the time, the first and the last among them."""
+    assert even_times([0.0, 1, 2, 3], 12) == [0, 1, 2, 3]
+    assert even_times([0.0, 0.1, 0.2, 0.3, 1.0, 2.0], 3) == [0, 4, 5]
+    assert even_times([0.0], 12) == [0]

@@ -1,13 +1,15 @@
-"""Views, color limits, ticks, arrow positions, isolines and creases, computed without a window."""
+"""Views, color limits, ticks, arrow positions, isolines and creases."""
 
 import numpy as np
 import pytest
 
 from geomhw.mesh import genus_two, primitives
 from geomhw.mesh.triangle_mesh import TriangleMesh
-from geomhw.render import colors, creases, glyphs
+from geomhw.render import colors, glyphs, window
 from geomhw.render.layers import Surface
-from geomhw.render.view import View, choose_view, surface_samples, visible
+from geomhw.render.scene import Stage
+from geomhw.render.view import View, choose_view, surface_samples
+from support.pictures import needs_opengl
 
 BALL = primitives.icosphere(3)
 
@@ -97,24 +99,25 @@ def test_projection_fits_the_extent():
     np.testing.assert_allclose(seen.min(axis=0), -view.extent)
 
 
+@needs_opengl
 def test_visible():
     """On a sphere, points that face the viewer are visible, others are not."""
     view = View(np.eye(3), np.zeros(3), np.ones(2))
-    z = BALL.vertices[:, 2]
-    clear = np.flatnonzero(np.abs(z) > 0.1)
-    np.testing.assert_array_equal(visible(BALL, view, clear), z[clear] > 0)
-    faces = np.flatnonzero(np.abs(BALL.face_centers[:, 2]) > 0.1)
-    seen = visible(BALL, view, BALL.faces[faces, 0], BALL.face_centers[faces])
-    np.testing.assert_array_equal(seen, BALL.face_centers[faces, 2] > 0)
+    clear = BALL.vertices[np.abs(BALL.vertices[:, 2]) > 0.4]
+    with Stage(BALL, (200, 200), view) as stage:
+        np.testing.assert_array_equal(stage.visible(clear), clear[:, 2] > 0)
+        centers = BALL.face_centers[np.abs(BALL.face_centers[:, 2]) > 0.4]
+        np.testing.assert_array_equal(stage.visible(centers), centers[:, 2] > 0)
 
 
+@needs_opengl
 def test_visible_points_within_faces():
     """Visibility is tested at a point, not at the corners of its face."""
     low = np.array([[-1.0, -1, 0], [1, -1, 0], [0, 2, 0]])
     mesh = TriangleMesh(np.concatenate([low, 0.2 * low + np.array([0, 0, 0.5])]), [[0, 1, 2], [3, 4, 5]])
-    view = View(np.eye(3), np.zeros(3), np.ones(2))
-    assert visible(mesh, view, [0, 3]) == [True, True]
-    assert visible(mesh, view, [0, 3], mesh.face_centers) == [False, True]
+    with Stage(mesh, (200, 200), View(np.eye(3), np.array([0, 0.5, 0]), np.array([1.0, 1.5]))) as stage:
+        assert stage.visible(mesh.vertices[[0, 3]]).tolist() == [True, True]
+        assert stage.visible(mesh.face_centers).tolist() == [False, True]
 
 
 def test_samples_are_even():
@@ -238,6 +241,17 @@ def test_spread_keeps_all_that_are_far_apart():
     np.testing.assert_array_equal(glyphs.spread(BALL.vertices, 1e-3), np.arange(642))
 
 
+def test_ribbons_have_their_width_and_length():
+    """A segment becomes a strip of the width, longer by a quarter of it at each end, at its depth."""
+    points, triangles = glyphs.ribbons(np.array([[[0.0, 0, 1], [0, 3, 2]]]), 0.4)
+    np.testing.assert_allclose(points[:, 0], [0.2, 0.2, -0.2, -0.2])
+    np.testing.assert_allclose(points[:, 1], [-0.1, 3.1, 3.1, -0.1])
+    np.testing.assert_allclose(points[:, 2], [1, 2, 2, 1])
+    corners = points[triangles]
+    areas = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])[:, 2:], axis=1) / 2
+    assert areas.sum() == pytest.approx(0.4 * 3.2)
+
+
 def test_arrows_point_along_their_vectors():
     """An arrow points along its vector, in the surface."""
     centers, vectors = np.array([[1.0, 2, 3]]), np.array([[0, 0, 4.0]])
@@ -254,9 +268,11 @@ def test_isolines_of_a_linear_function():
     """Isolines of x on a grid are straight, at their levels, and as long as the grid is high."""
     mesh = primitives.grid(10, 6, 2.0, 1.0)
     levels = np.array([0.33, 1.21])
-    segments = glyphs.isoline_segments(mesh.vertices, mesh.faces, mesh.vertices[:, 0], levels)
-    np.testing.assert_allclose(np.abs(segments[..., 0, None] - levels).min(axis=-1), 0, atol=1e-12)
+    surface = window.smooth_surface(mesh.vertices, mesh.faces)
+    segments = window.isolines(surface, mesh.vertices[:, 0], levels)
+    np.testing.assert_allclose(np.abs(segments[..., 0, None] - levels).min(axis=-1), 0, atol=1e-6)
     assert np.linalg.norm(segments[:, 1] - segments[:, 0], axis=1).sum() == pytest.approx(2.0)
+    assert window.isolines(surface, mesh.vertices[:, 0], [7.0]).shape == (0, 2, 3)
 
 
 # -- creases -----------------------------------------------------------------------------------------------------
@@ -271,38 +287,44 @@ def hinge(angle, turned=False):
 
 def test_smooth_mesh_has_one_point_a_vertex():
     """A smooth mesh has one point per vertex."""
-    shell = creases.shell(BALL)
-    assert len(shell.origin) == BALL.n_vertices
-    np.testing.assert_array_equal(shell.origin[shell.faces], BALL.faces)
-    np.testing.assert_allclose(shell.normals, BALL.vertex_normals[shell.origin], atol=1e-12)
+    shell = window.smooth_surface(BALL.vertices, BALL.faces)
+    assert shell.n_points == BALL.n_vertices
+    np.testing.assert_array_equal(shell.point_data["origin"][shell.regular_faces], BALL.faces)
+    np.testing.assert_allclose(shell.point_data["Normals"], BALL.vertex_normals[shell.point_data["origin"]], atol=1e-2)
 
 
 @pytest.mark.parametrize(("angle", "points"), [(50, 4), (60, 6)])
 def test_sharp_edges_are_split(angle, points):
     """Edges sharper than the threshold are split."""
-    assert len(creases.shell(hinge(angle)).origin) == points
+    mesh = hinge(angle)
+    shell = window.smooth_surface(mesh.vertices, mesh.faces)
+    assert shell.n_points == points
+    np.testing.assert_array_equal(shell.point_data["origin"][shell.regular_faces], mesh.faces)
 
 
 def test_faces_turned_over_are_split():
     """Flipped faces are split, since their normals are opposite."""
-    shell = creases.shell(hinge(0, turned=True))
-    assert len(shell.origin) == 6
-    np.testing.assert_allclose(np.abs(shell.normals[:, 2]), 1)
+    mesh = hinge(0, turned=True)
+    shell = window.smooth_surface(mesh.vertices, mesh.faces)
+    assert shell.n_points == 6
+    np.testing.assert_allclose(np.abs(shell.point_data["Normals"][:, 2]), 1)
 
 
 def test_icosahedron_by_threshold():
     """The faces of an icosahedron, at 41.8°, are split below that threshold only."""
     ico = primitives.icosphere(0)
-    assert len(creases.shell(ico, 41).origin) == 60
-    assert len(creases.shell(ico, 42).origin) == 12
+    assert window.smooth_surface(ico.vertices, ico.faces, 41).n_points == 60
+    assert window.smooth_surface(ico.vertices, ico.faces, 42).n_points == 12
 
 
 def test_stray_vertices_have_no_point():
-    """Vertices without faces have no point."""
+    """Vertices without faces have no point, and change no normal of others."""
     stray = TriangleMesh([[9.0, 9, 9], *BALL.vertices], BALL.faces + 1)
-    shell = creases.shell(stray)
-    assert 0 not in shell.origin
-    np.testing.assert_array_equal(shell.origin[shell.faces], stray.faces)
+    shell, plain = (window.smooth_surface(mesh.vertices, mesh.faces) for mesh in (stray, BALL))
+    assert 0 not in shell.point_data["origin"]
+    np.testing.assert_array_equal(shell.point_data["origin"][shell.regular_faces], stray.faces)
+    normals = [each.point_data["Normals"][each.regular_faces] for each in (shell, plain)]
+    np.testing.assert_array_equal(*normals)
 
 
 @pytest.mark.parametrize(

@@ -14,12 +14,13 @@ from geomhw.mesh.surface_points import (
     vertex_range,
 )
 from geomhw.mesh.triangle_mesh import TriangleMesh
+from geomhw.options import PANEL_WIDTH
 from geomhw.render.layers import Panel
-from geomhw.render.panels import PANEL_WIDTH, draw
+from geomhw.render.panels import draw
 from geomhw.render.pictures import SOURCE_COLOR, geodesic_picture
 from geomhw.render.source_marks import MOST_DISCS, source_marks
+from geomhw.render.vector_pictures import LENGTH, transport_picture
 from geomhw.render.vector_pictures import SOURCE_COLOR as ARROW_COLOR
-from geomhw.render.vector_pictures import SOURCE_LENGTH, transport_picture
 from geomhw.render.view import choose_view
 from geomhw.transport.source_vectors import source_frames, unit_vectors
 from geomhw.transport.vector_heat import VectorHeat, transport_over_times
@@ -122,12 +123,15 @@ def test_geodesic_picture_has_the_curves() -> None:
 
 @needs_opengl
 def test_vector_within_a_face_stands_there() -> None:
-    """The large arrow of a point within a face is at that point."""
+    """The arrow of a point within a face starts at that point."""
     point = face_point(COARSE, 8, [0.8, 0.1, 0.1])
     vector = unit_vectors(source_frames(COARSE, point), [45.0])
     rows, columns = np.nonzero(ink(transport_picture(transport_over_times(COARSE, point, vector, ["h2"])), ARROW_COLOR))
-    assert len(rows) > 500
-    assert max(np.ptp(rows), np.ptp(columns)) < 1.15 * SOURCE_LENGTH * PANEL_WIDTH
+    near = rows > 40  # below the title, without the label
+    places = np.stack([columns, rows])[:, near]
+    middle = np.median(places, axis=1)
+    arrow = (np.abs(places - middle[:, None]) < LENGTH * PANEL_WIDTH).all(axis=0)
+    assert arrow.sum() > 150
 
 
 @needs_opengl

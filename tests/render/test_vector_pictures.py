@@ -6,9 +6,12 @@ import numpy as np
 import pytest
 
 from geomhw.mesh.primitives import grid, icosphere
-from geomhw.render.panels import PANEL_WIDTH
-from geomhw.render.vector_pictures import FIELD_COLOR, SOURCE_COLOR, SOURCE_LENGTH, transport_picture
-from geomhw.render.view import choose_view, visible
+from geomhw.options import PANEL_WIDTH
+from geomhw.render import source_marks
+from geomhw.render.look import Look
+from geomhw.render.scene import Stage
+from geomhw.render.vector_pictures import FIELD_COLOR, LENGTH, SOURCE_COLOR, transport_picture
+from geomhw.render.view import choose_view, landmarks
 from geomhw.results import Result
 from geomhw.transport.vector_heat import tangent_at, transport_over_times
 from support.pictures import ink, needs_opengl
@@ -26,6 +29,12 @@ def transported(sources: list[int], times: list[str], lengths: list[float] | Non
     return transport_over_times(BALL, sources, vectors, times)
 
 
+@pytest.fixture
+def _no_labels(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Leave out the labels of sources, which have their color."""
+    monkeypatch.setattr(source_marks, "MOST_LABELS", 0)
+
+
 def test_arrows_and_source_are_seen() -> None:
     """Arrows cover the ball, and the source is near the middle."""
     image = transport_picture(transported([FRONT], ["h2"]))
@@ -40,8 +49,9 @@ def test_arrows_and_source_are_seen() -> None:
 
 @pytest.mark.parametrize("outward", [(1, 0), (-1, 0), (0, 1), (0, -1)])
 @pytest.mark.parametrize("shape", [(8, 8), (20, 8), (8, 20)])
-def test_large_arrow_stays_inside(shape: tuple[int, int], outward: tuple[int, int]) -> None:
-    """The large arrow at the border stays inside the panel."""
+@pytest.mark.usefixtures("_no_labels")
+def test_source_arrow_stays_inside(shape: tuple[int, int], outward: tuple[int, int]) -> None:
+    """The arrow of a source at the border stays inside the panel."""
     sheet = grid(*shape)
     center = sheet.vertices.mean(axis=0)
     direction = np.array([*outward, 0.0])
@@ -49,7 +59,7 @@ def test_large_arrow_stays_inside(shape: tuple[int, int], outward: tuple[int, in
     middle = int(np.linalg.norm(sheet.vertices - center, axis=1).argmin())
     seen = []
     for source in (rim, middle):
-        image = transport_picture(transport_over_times(sheet, [source], [direction], ["h2"]))
+        image = transport_picture(transport_over_times(sheet, [source], [direction], ["h2"]), Look(width=1200))
         large = ink(image, SOURCE_COLOR)
         rows, columns = np.nonzero(large)
         seen.append(large.sum())
@@ -61,13 +71,17 @@ def test_large_arrow_stays_inside(shape: tuple[int, int], outward: tuple[int, in
 def test_view_turns_to_the_sources() -> None:
     """The view turns to a source on the far side."""
     behind = int(np.argmin(BALL.vertices @ choose_view(BALL).axes[2] + np.abs(BALL.vertices[:, 1])))
-    assert not visible(BALL, choose_view(BALL), [behind])[0]
+    with Stage(BALL, (200, 200)) as stage:
+        assert not stage.visible(BALL.vertices[[behind]])[0]
     image = transport_picture(transported([behind], ["h2"]))
     rows, columns = np.nonzero(ink(image, SOURCE_COLOR))
-    assert len(rows) > 500  # a ring alone has less than a tenth of that
-    assert max(np.ptp(rows), np.ptp(columns)) > 0.5 * SOURCE_LENGTH * PANEL_WIDTH
+    with Stage(BALL, (200, 200), choose_view(BALL, landmarks(BALL, [behind]))) as stage:
+        assert stage.visible(BALL.vertices[[behind]])[0]
+    assert len(rows) > 500
+    assert max(np.ptp(rows), np.ptp(columns)) > 0.5 * LENGTH * PANEL_WIDTH
 
 
+@pytest.mark.usefixtures("_no_labels")
 def test_length_at_a_source_is_drawn() -> None:
     """The drawn length of a vector is relative to the largest."""
     beside = int(np.argsort(BALL.vertices @ BALL.vertices[FRONT])[-40])

@@ -5,7 +5,7 @@ import pytest
 from PIL import Image, ImageDraw
 
 from geomhw.render import offscreen
-from geomhw.render.annotate import font
+from geomhw.render.canvas import font
 
 SIZE = (240, 160)
 ARROWS = 12

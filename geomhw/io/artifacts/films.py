@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from geomhw.errors import FormatError, RenderError
 from geomhw.io.atomic import replacing
+from geomhw.options import FRAMES_PER_SECOND
 
 Images = Iterable[NDArray[np.uint8]]
 
@@ -38,7 +39,7 @@ def require_mp4() -> None:
         raise RenderError("no MP4 can be written here: pip install imageio-ffmpeg, or ask for a GIF") from None
 
 
-def write_gif(path: str | Path, images: Images, fps: float = 12.0) -> None:
+def write_gif(path: str | Path, images: Images, fps: float = FRAMES_PER_SECOND) -> None:
     """Write an endless GIF atomically; each frame has a palette of 255 colors of its own.
 
     Parameters
@@ -79,7 +80,7 @@ def _with_palette(picture: Any) -> Any:
     return picture.quantize(palette=palette, dither=Image.Dither.FLOYDSTEINBERG)
 
 
-def write_mp4(path: str | Path, images: Images, fps: float = 24.0) -> None:
+def write_mp4(path: str | Path, images: Images, fps: float = FRAMES_PER_SECOND) -> None:
     """Write an MP4 film (H.264) atomically; equal pictures give equal bytes.
 
     Parameters

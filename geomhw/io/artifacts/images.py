@@ -2,6 +2,7 @@
 
 import io
 import warnings
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +19,9 @@ _DEFLATED = 1032
 _MODES = {"1", "L", "LA", "P", "RGB", "RGBA"}
 
 
-def write_png(path: str | Path, image: NDArray[Any]) -> None:
+def write_png(
+    path: str | Path, image: NDArray[Any], dpi: float | None = None, texts: Mapping[str, str] | None = None
+) -> None:
     """Write a PNG picture atomically; equal pictures give equal bytes.
 
     Parameters
@@ -26,19 +29,29 @@ def write_png(path: str | Path, image: NDArray[Any]) -> None:
     path
         File to write.
     image
-        Red, green and blue, (h, w, 3), uint8.
+        Red, green and blue, (h, w, 3), or with opacity (h, w, 4), uint8.
+    dpi
+        Pixels per inch, kept in the file.
+    texts
+        Texts kept in the file, by keyword, such as ``Software``.
 
     Raises
     ------
     FormatError
         If the image has another shape or type, or the file cannot be written.
     """
-    if image.dtype != np.uint8 or image.ndim != 3 or image.shape[2] != 3 or not image.size:
+    if image.dtype != np.uint8 or image.ndim != 3 or image.shape[2] not in (3, 4) or not image.size:
         raise FormatError(f"a picture must be an (h, w, 3) array of uint8, not {image.shape} of {image.dtype}")
     from PIL import Image
+    from PIL.PngImagePlugin import PngInfo
 
+    metadata = PngInfo()
+    for keyword, text in (texts or {}).items():
+        metadata.add_itxt(keyword, text.encode("utf-8", "backslashreplace").decode())
+    size = {"dpi": (dpi, dpi)} if dpi else {}
     with replacing([path]) as (temporary,):
-        Image.fromarray(np.ascontiguousarray(image)).save(temporary, format="PNG", compress_level=4)
+        picture = Image.fromarray(np.ascontiguousarray(image))
+        picture.save(temporary, format="PNG", compress_level=4, pnginfo=metadata, **size)
 
 
 def read_png(path: str | Path) -> NDArray[np.uint8]:

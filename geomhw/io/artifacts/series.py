@@ -86,9 +86,9 @@ class SeriesWriter:
         stem, number = self.path.stem, f"{len(self.frames):05d}"
         name = f"{stem}.tracers.{number}.vtp" if tracers else None
         frame = Frame(float(time), f"{stem}.{number}.vtp", name)
-        write(result, self.path.parent / frame.file)
+        write(result, self.path.parent / frame.file, compress=True)
         if tracers and name:
-            write_cloud(tracers, self.path.parent / name)
+            write_cloud(tracers, self.path.parent / name, compress=True)
         frames = [*self.frames, frame]
         texts = {self.path: _pvd(frames), self.index: _series([(f.time, f.file) for f in frames])}
         if tracers:
