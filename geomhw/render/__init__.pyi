@@ -5,4 +5,5 @@ from .interactive import show_window as show_window
 from .page import page as page
 from .pictures import geodesic_picture as geodesic_picture
 from .pictures import helmholtz_picture as helmholtz_picture
+from .pictures import spectrum_picture as spectrum_picture
 from .vector_pictures import transport_picture as transport_picture

@@ -7,6 +7,7 @@ import numpy as np
 
 from geomhw.errors import ArgumentError
 from geomhw.options import HEAT_METHOD, PANEL_WIDTH
+from geomhw.render.colors import plain_number
 from geomhw.render.layers import LIGHT, Arrows, Marker, Panel, Surface, Theme
 from geomhw.render.panels import draw
 from geomhw.render.scene import Image
@@ -16,6 +17,8 @@ from geomhw.results import Result
 SOURCE_COLOR = "#c2185b"
 FARTHEST_COLOR = "#0b57d0"
 ISOLINES = 20
+#: Eigenfunctions in a picture.
+_SHOWN = 6
 
 
 def geodesic_picture(
@@ -159,3 +162,44 @@ def helmholtz_picture(
         for title, name, surface in parts
     ]
     return draw(result.mesh, panels, size, columns=2, theme=theme, width=width)
+
+
+def spectrum_picture(
+    result: Result, size: tuple[int, int] | None = None, theme: Theme = LIGHT, width: int = PANEL_WIDTH
+) -> Image:
+    """Draw the first eigenfunctions, with positive and negative values in two colors, or the first eigenfields.
+
+    Parameters
+    ----------
+    result : Result
+        Of `geomhw.spectral.laplacian_spectrum` or one of its relatives.
+    size, theme, width
+        As in `geodesic_picture`.
+
+    Returns
+    -------
+    (height, width, 3) array, uint8
+
+    Raises
+    ------
+    RenderError
+        If there is no OpenGL on this machine.
+
+    Examples
+    --------
+    >>> from geomhw.mesh import icosphere
+    >>> from geomhw.spectral import laplacian_spectrum
+    >>> picture = spectrum_picture(laplacian_spectrum(icosphere(2), 4))
+    """
+    panels = []
+    for i, value in enumerate(result.report["eigenvalues"][:_SHOWN]):
+        field = next(field for field in result.fields if field.name == f"eigenfunction_{i}")
+        title = f"eigenfunction {i}, λ = {plain_number(value, 4)}"
+        values = np.asarray(field.values)
+        if values.ndim == 1:
+            surface = Surface(values, colormap="RdBu_r", symmetric=True, outliers=0.0)
+            panels.append(Panel(title, surface))
+        else:
+            arrows = Arrows(values, "face" if field.location == "face" else "vertex", spacing=0.04)
+            panels.append(Panel(title, Surface(color="#e6e8ec"), arrows=[arrows]))
+    return draw(result.mesh, panels, size, columns=3, theme=theme, width=width)
