@@ -16,7 +16,7 @@ def test_arrays_and_report() -> None:
     """The report has eigenvalues and residuals; each eigenfunction is an array; two runs agree to the byte."""
     save_off(icosphere(2))
     for name in ("a", "b"):
-        line = ["-k", "9", "--signature", "wks", "--scales", "3", "--distance", "diffusion", "--time", "0.1"]
+        line = ["-k", "9", "--signature", "wks", "--scales", "3", "--distance", "diffusion", "--time", "1"]
         answer = run("spectrum", "ball.off", *line, "--source", "5", "-o", f"{name}.vtp", "--json")
         report = json.loads(answer.stdout)
     np.testing.assert_allclose(report["eigenvalues"], [0, 2, 2, 2, 6, 6, 6, 6, 6], rtol=3e-2, atol=1e-12)
