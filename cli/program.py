@@ -22,6 +22,7 @@ from geomhw_cli.path import path
 from geomhw_cli.repair import repair
 from geomhw_cli.runtime import interrupts
 from geomhw_cli.runtime.pictures import keep_command_line
+from geomhw_cli.spectrum import spectrum
 from geomhw_cli.vecdiffuse import vecdiffuse
 from geomhw_cli.view import view
 
@@ -111,7 +112,7 @@ def program() -> None:
     """
 
 
-for command in (advect, compare, fluid, geodesic, helmholtz, info, operators, path, repair, vecdiffuse, view):
+for command in (advect, compare, fluid, geodesic, helmholtz, info, operators, path, repair, spectrum, vecdiffuse, view):
     program.add_command(command)
 
 

@@ -38,6 +38,9 @@ from . import (
     solvers as solvers,
 )
 from . import (
+    spectral as spectral,
+)
+from . import (
     transport as transport,
 )
 from .errors import (

@@ -5,6 +5,15 @@ from typing import Literal
 #: What holds at the boundary of an open mesh while heat flows: no flux, temperature zero, or the mean of both
 #: [GIH, sec. 3.4].
 Boundary = Literal["neumann", "dirichlet", "average"]
+#: What holds for an eigenfunction at the boundary of an open mesh: no flux, or the value zero.
+EndCondition = Literal["neumann", "dirichlet"]
+#: What a spectrum is of: functions by the Laplacian, tangent vectors at vertices by the connection Laplacian, tangent
+#: fields on faces by the Hodge Laplacian.
+SpectrumName = Literal["functions", "vectors", "fields"]
+#: Descriptors of vertices from eigenfunctions: heat kernel, wave kernel.
+SignatureName = Literal["hks", "wks"]
+#: Distances from eigenfunctions.
+SpectralDistanceName = Literal["biharmonic", "diffusion"]
 #: How geodesic distances are computed: by the heat method, or exactly on the polyhedral surface.
 DistanceMethodName = Literal["heat", "exact"]
 #: What a table of distances between labels contains, over the pairs of their vertices.

@@ -49,11 +49,13 @@ def harmonic_basis(mesh: TriangleMesh, poisson: StreamFunctionSolver | None = No
         poisson = StreamFunctionSolver(mesh)
     Div_X = divergence(mesh) @ X.reshape(len(X), -1).T
     f = np.stack([poisson(-poisson.gather(column)) for column in Div_X.T], axis=1)
-    return _orthonormal(mesh, quarter_turn(mesh, X - (gradient(mesh) @ f).T.reshape(X.shape)))
+    return orthonormal(mesh, quarter_turn(mesh, X - (gradient(mesh) @ f).T.reshape(X.shape)))
 
 
-def _orthonormal(mesh: TriangleMesh, fields: Floats) -> Floats:
+def orthonormal(mesh: TriangleMesh, fields: Floats) -> Floats:
     """Orthonormalize face fields, (k, m, 3), in the area inner product."""
+    if not len(fields):
+        return fields
     weight = np.sqrt(mesh.face_areas)[:, None]
     Q = np.linalg.qr((fields * weight).reshape(len(fields), -1).T)[0]
     return np.asarray(Q.T.reshape(fields.shape) / weight)

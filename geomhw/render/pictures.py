@@ -7,7 +7,7 @@ import numpy as np
 
 from geomhw.errors import ArgumentError
 from geomhw.options import HEAT_METHOD
-from geomhw.render.colors import round_spacing
+from geomhw.render.colors import plain_number, round_spacing
 from geomhw.render.layers import Arrows, Marker, Panel, Surface
 from geomhw.render.look import AUTOMATIC, Look
 from geomhw.render.panels import Picture, draw
@@ -18,6 +18,8 @@ SOURCE_COLOR = "#c2185b"
 FARTHEST_COLOR = "#0b57d0"
 #: Isolines of distance, at most.
 ISOLINES = 20
+#: Eigenfunctions in a picture.
+_SHOWN = 6
 
 
 def geodesic_picture(
@@ -170,3 +172,42 @@ def helmholtz_picture(result: Result, look: Look = AUTOMATIC, size: tuple[int, i
         for title, name, surface in parts
     ]
     return draw(result.mesh, panels, size, columns=2, look=look)
+
+
+def spectrum_picture(result: Result, look: Look = AUTOMATIC, size: tuple[int, int] | None = None) -> Picture:
+    """Draw the first eigenfunctions, with positive and negative values in two colors, or the first eigenfields.
+
+    Parameters
+    ----------
+    result : Result
+        Of `geomhw.spectral.laplacian_spectrum` or one of its relatives.
+    look, size
+        As in `geodesic_picture`.
+
+    Returns
+    -------
+    (height, width, 3) array, uint8
+
+    Raises
+    ------
+    RenderError
+        If there is no OpenGL on this machine.
+
+    Examples
+    --------
+    >>> from geomhw.mesh import icosphere
+    >>> from geomhw.spectral import laplacian_spectrum
+    >>> picture = spectrum_picture(laplacian_spectrum(icosphere(2), 4))
+    """
+    panels = []
+    for i, value in enumerate(result.report["eigenvalues"][:_SHOWN]):
+        field = next(field for field in result.fields if field.name == f"eigenfunction_{i}")
+        title = f"eigenfunction {i}, λ = {plain_number(value, 4)}"
+        values = np.asarray(field.values)
+        if values.ndim == 1:
+            surface = Surface(values, colormap="RdBu_r", symmetric=True, label="eigenfunction [1 / mesh unit]")
+            panels.append(Panel(title, surface))
+        else:
+            arrows = Arrows(values, "face" if field.location == "face" else "vertex", spacing=0.04)
+            panels.append(Panel(title, Surface(), arrows=[arrows]))
+    return draw(result.mesh, panels, size, columns=3, look=look)

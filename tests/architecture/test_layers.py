@@ -29,6 +29,7 @@ ALLOWED |= {
     "transport": _GROUND | {"geodesic"},
     "flow": _GROUND,
     "fluid": _GROUND | {"flow"},
+    "spectral": _GROUND | {"flow"},
     "io": {"arrays", "compiled", "errors", "mesh", "results"},
     "render": {"arrays", "errors", "mesh", "results"},
     # Compares two files: above io, below the program only.

@@ -100,3 +100,17 @@ def spiky() -> TriangleMesh:
 def volume(mesh: TriangleMesh) -> float:
     """Return the enclosed volume by the divergence theorem; positive for outward faces."""
     return float(np.einsum("f,fx,fx->", mesh.face_areas, mesh.face_normals, mesh.face_centers)) / 3
+
+
+def disc(rings: int) -> TriangleMesh:
+    """The unit disc, flat: rings of 6k vertices at the radius k/rings."""
+    from scipy.spatial import Delaunay
+
+    turns = [2 * np.pi * (np.arange(6 * k) + 0.5 * (k % 2)) / (6 * k) for k in range(1, rings + 1)]
+    points = [np.stack([np.cos(a), np.sin(a)], axis=1) * k / rings for k, a in enumerate(turns, start=1)]
+    flat = np.concatenate([np.zeros((1, 2)), *points])
+    faces = Delaunay(flat).simplices
+    a, b, c = flat[faces].transpose(1, 0, 2)
+    area = (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]
+    faces = np.where((area < 0)[:, None], faces[:, ::-1], faces)[np.abs(area) > 1e-12]
+    return TriangleMesh(np.column_stack([flat, np.zeros(len(flat))]), faces)

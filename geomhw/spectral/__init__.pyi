@@ -1,0 +1,9 @@
+from .eigenpairs import Eigenpairs as Eigenpairs
+from .eigenpairs import canonical_basis as canonical_basis
+from .eigenpairs import smallest_eigenpairs as smallest_eigenpairs
+from .laplacian_spectrum import connection_spectrum as connection_spectrum
+from .laplacian_spectrum import hodge_spectrum as hodge_spectrum
+from .laplacian_spectrum import laplacian_spectrum as laplacian_spectrum
+from .laplacian_spectrum import mean_mass as mean_mass
+from .signatures import signature as signature
+from .signatures import spectral_distance as spectral_distance
