@@ -41,7 +41,7 @@ class LaplaceSolver:
     ----------
     matrix, free : as in `DirectSolver`.
     solver : ``direct`` factors, ``multigrid`` iterates. ``auto`` takes the faster one, and factors where multigrid does
-        not converge.
+        not converge, and once it has iterated for as long as a factorization takes.
     solves : about how many right-hand sides will follow.
 
     Raises
@@ -63,7 +63,7 @@ class LaplaceSolver:
     ) -> None:
         self._matrix, self._free, self._solver = matrix, free, solver
         self._submitted: Future[MultigridSolver] | None = None
-        self._iterate = iterates(solver, matrix.shape[0], solves)
+        self._iterate, self._solved = iterates(solver, matrix.shape[0], solves), 0
 
     def begin(self) -> None:
         """Set up multigrid in a background thread, if it will be used."""
@@ -92,6 +92,9 @@ class LaplaceSolver:
 
     def __call__(self, rhs: Floats, guess: Floats | None = None) -> Floats:
         """Return x, (n,), zero where not free; ``guess`` is an approximation of x, used by multigrid."""
+        self._solved += 1
+        if self._solver == "auto" and self._solved > FEW:
+            self._iterate = False
         if self._iterate:
             try:
                 return self._multigrid(rhs, guess)

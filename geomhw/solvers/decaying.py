@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from geomhw.arrays import Floats, Ints
 from geomhw.errors import ConvergenceError
 from geomhw.options import SolverName
-from geomhw.solvers.auto import iterates
+from geomhw.solvers.auto import FEW, iterates
 from geomhw.solvers.direct import DirectSolver
 from geomhw.solvers.log_scaled import LogValues, in_reach, solve_decaying, solve_scaled
 
@@ -24,7 +24,7 @@ class DecayingSolver:
     assemble : returns A, (n, n), such as M + tS; A is not kept.
     free : (n,) mask of the unknowns to solve for. The others are zero.
     solver, solves : as in `LaplaceSolver`; ``multigrid`` means sweeps here. ``auto`` factors where sweeps do not
-        converge.
+        converge, and for the solutions after the first dozen.
     """
 
     def __init__(
@@ -32,7 +32,7 @@ class DecayingSolver:
     ) -> None:
         self._assemble, self.free, self._solver = assemble, free, solver
         #: Whether sweeps are used.
-        self.iterates = iterates(solver, len(free), solves)
+        self.iterates, self._solved = iterates(solver, len(free), solves), 0
 
     @cached_property
     def factored(self) -> DirectSolver:
@@ -53,6 +53,9 @@ class DecayingSolver:
             If no method allowed by ``solver`` converges.
         """
         where = np.flatnonzero(mask)
+        self._solved += 1
+        if self._solver == "auto" and self._solved > FEW:
+            self.iterates = False
         if self.iterates and len(where):
             try:
                 return self._by_sweeps(rhs, where, arrival())

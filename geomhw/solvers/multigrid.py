@@ -157,24 +157,43 @@ class _Cycle:
         """Return x, of the size of b, on a level."""
         if level == len(self._levels):
             return self._coarsest(b)
-        A, split, P, R = self._levels[level]
-        x = np.zeros_like(b)
-        _sweep(*split, x, b, 0, len(b), 1)
-        residual = R @ (b - A @ x)
+        _, split, P, R = self._levels[level]
+        x, left = np.empty_like(b), np.empty_like(b)
+        _sweep_from_zero(*split, x, b, left)
+        residual = R @ left
         coarse = self(residual, level + 1)
         if level + 1 < len(self._levels):
             coarse += self(residual - self._levels[level + 1][0] @ coarse, level + 1)
         x += P @ coarse
-        _sweep(*split, x, b, len(b) - 1, -1, -1)
+        _sweep_back(*split, x, b)
         return x
 
 
 @compiled
-def _sweep(
-    indptr: Ints, indices: Ints, data: Floats, diagonal: Floats, x: Floats, b: Floats, first: int, last: int, step: int
+def _sweep_from_zero(
+    indptr: Ints, indices: Ints, data: Floats, diagonal: Floats, x: Floats, b: Floats, residual: Floats
 ) -> None:
-    """Sweep x_i ← (b - N x)_i / d_i for A = N + diag(d), in place; rows as in ``range``."""
-    for i in range(first, last, step):
+    """Sweep x_i ← (b - N x)_i / d_i over ascending rows, from x = 0; also compute b - A x.
+
+    A = N + diag(d) is symmetric with sorted rows. Entries before the diagonal suffice: row i of the residual is -Σ_j>i
+    a_ij x_j.
+    """
+    for i in range(len(b)):
+        start = end = np.uintp(indptr[i])
+        stop, total = np.uintp(indptr[i + 1]), b[i]
+        while end < stop and indices[end] < i:
+            total -= data[end] * x[np.uintp(indices[end])]
+            end += np.uintp(1)
+        x[i] = total / diagonal[i]
+        residual[i] = 0.0
+        for k in range(start, end):
+            residual[np.uintp(indices[k])] -= data[k] * x[i]
+
+
+@compiled
+def _sweep_back(indptr: Ints, indices: Ints, data: Floats, diagonal: Floats, x: Floats, b: Floats) -> None:
+    """Sweep x_i ← (b - N x)_i / d_i for A = N + diag(d) over descending rows, in place."""
+    for i in range(len(b) - 1, -1, -1):
         total = b[i]
         # With unsigned indices numba does not test whether they count from the end: half of the time.
         for k in range(np.uintp(indptr[i]), np.uintp(indptr[i + 1])):

@@ -15,7 +15,7 @@ from geomhw.mesh.primitives import grid, icosphere, strip, torus
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.operators.laplacian import stiffness
 from geomhw.options import Connection
-from geomhw.solvers.auto import LaplaceSolver
+from geomhw.solvers.auto import FEW, LaplaceSolver
 from geomhw.solvers.direct import DirectSolver, permuted
 from geomhw.solvers.heat_sweeps import (
     MAX_OMEGA,
@@ -25,7 +25,7 @@ from geomhw.solvers.heat_sweeps import (
     solve_scaled_by_sweeps,
 )
 from geomhw.solvers.log_scaled import solve_scaled
-from geomhw.solvers.multigrid import MultigridSolver, _sweep
+from geomhw.solvers.multigrid import MultigridSolver, _sweep_back, _sweep_from_zero
 from geomhw.solvers.nullspace import free_unknowns, without_mean
 from geomhw.transport.vector_heat import VectorHeat
 from support.meshes import ZOO, zoo_mesh
@@ -278,14 +278,26 @@ def test_an_equation_holds_beside_its_own_terms() -> None:
 
 
 def test_rows_in_another_order() -> None:
-    """A permuted matrix keeps its entries; a Gauss-Seidel sweep over rows in descending order solves each equation."""
+    """A permuted matrix keeps its entries."""
     dense = np.array([[1.0, 2, 0, 3], [4, 5, 0, 0], [0, 0, 0, 6], [7, 0, 8, 9]])
     A = permuted(sp.csr_array(dense), np.array([3, 1, 0, 2]))
     np.testing.assert_array_equal(A.toarray(), dense[[3, 1, 0, 2]][:, [3, 1, 0, 2]])
+
+
+def test_sweeps_solve_triangular_systems() -> None:
+    """Gauss-Seidel sweeps over ascending rows from zero, with their residual, and over descending rows."""
+    rng, b = np.random.default_rng(0), np.arange(1.0, 31)
+    A = sp.random_array((30, 30), density=0.2, random_state=rng)
+    A = sp.csr_array(A + A.T + sp.diags_array(np.full(30, 5.0)))
+    A.sort_indices()
     N = sp.csr_array(A - sp.diags_array(A.diagonal()))
-    x = np.array([1.0, 2.0, 3.0, 0.0])
-    _sweep(N.indptr, N.indices, N.data, A.diagonal(), x, np.ones(4), 2, -1, -1)
-    np.testing.assert_allclose(x, [43 / 9, 5.0, -6.0, 0.0], rtol=1e-14)
+    x, residual = np.full(30, np.nan), np.full(30, np.nan)
+    _sweep_from_zero(N.indptr, N.indices, N.data, A.diagonal(), x, b, residual)
+    np.testing.assert_allclose(x, np.linalg.solve(np.tril(A.toarray()), b), rtol=1e-12)
+    np.testing.assert_allclose(residual, b - A @ x, rtol=0, atol=1e-12)
+    expected = np.linalg.solve(np.triu(A.toarray()), b - np.tril(A.toarray(), -1) @ x)
+    _sweep_back(N.indptr, N.indices, N.data, A.diagonal(), x, b)
+    np.testing.assert_allclose(x, expected, rtol=1e-12)
 
 
 @given(st.lists(st.floats(0, width=32)))
@@ -295,3 +307,15 @@ def test_order_of_arrival(values: list[float]) -> None:
     np.testing.assert_array_equal(_argsort(array), np.argsort(array, kind="stable"))
     near = np.random.default_rng(0).permutation(np.arange(2**30 - 2**17, 2**30 + 2**17, 97, dtype=np.uint32))
     np.testing.assert_array_equal(_argsort(near.view(np.float32)), np.argsort(near, kind="stable"))
+
+
+def test_many_questions_end_iteration(monkeypatch: pytest.MonkeyPatch) -> None:
+    """After a dozen solutions ``auto`` factors; the distances stay the same, and other solvers keep their method."""
+    monkeypatch.setattr("geomhw.solvers.auto.LARGE", 100)
+    mesh = icosphere(3)
+    auto, iterated = HeatDistance(mesh, "h2"), HeatDistance(mesh, "h2", solver="multigrid")
+    for vertex in range(FEW + 2):
+        assert auto.settings()["solver"] == ("direct" if vertex > FEW else "multigrid")
+        distance, other = (solver.from_vertices([vertex])["distance"] for solver in (auto, iterated))
+        np.testing.assert_allclose(distance, other, atol=1e-8)
+    assert iterated.settings()["solver"] == "multigrid"
