@@ -1,23 +1,24 @@
 """Exact distances beside pygeodesic and potpourri3d's fast marching: one source, a disc, and all pairs within a limit.
 
-``make bench`` runs it. Seconds are processor time, the least of three runs, except where they are from start to end.
-The folder that GEOMHW_REFERENCE names adds its armadillo. Prints Markdown.
+``make bench`` runs it. Seconds are processor time, the least of three runs, one of pygeodesic, except where they are
+from start to end. Peak memory is measured in a process of its own for each solver. Prints Markdown.
 """
 
-import os
+import resource
+import subprocess
+import sys
 import time
 from collections.abc import Callable
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import potpourri3d as pp3d
+from meshes import cortices, scans, spheres
 from pygeodesic.geodesic import PyGeodesicAlgorithmExact
 
 from geomhw.geodesic.exact import ExactDistance
-from geomhw.io import read_mesh
-from geomhw.mesh.primitives import icosphere
+from geomhw.mesh.surface_points import region_points
 from geomhw.mesh.triangle_mesh import TriangleMesh
 
 RUNS = 3
@@ -27,13 +28,18 @@ DISC = 6.5
 
 def main() -> None:
     """Print both tables."""
-    meshes = {"cortex-like": folded_sphere(5), "cortex-like, finer": folded_sphere(6), "sphere": icosphere(6)}
-    if folder := os.environ.get("GEOMHW_REFERENCE"):
-        meshes["armadillo"] = read_mesh(Path(folder) / "meshes/closed/armadillo.obj")
-    print("| mesh | vertices | exact | pygeodesic | ratio | fast marching | its error | exact, disc |\n|" + "---|" * 8)
-    for name, mesh in meshes.items():
-        print(f"| {name} | {mesh.n_vertices:,} | {' | '.join(compared(mesh))} |", flush=True)
-    mesh = meshes["cortex-like"]
+    meshes = {**scans(), **cortices(), **spheres()}
+    if len(sys.argv) > 1:
+        print(peak_of(sys.argv[1], meshes[sys.argv[2]]()))
+        return
+    columns = ["mesh", "vertices", "exact", "pygeodesic", "ratio", "fast marching", "exact / it", "its error"]
+    columns += ["exact, disc", "from a region", "peak memory", "of pygeodesic"]
+    print("| " + " | ".join(columns) + " |\n|" + "---|" * len(columns))
+    for name, make in meshes.items():
+        mesh = make()
+        peaks = [peak(solver, name) for solver in ("exact", "pygeodesic")]
+        print(f"| {name} | {mesh.n_vertices:,} | {' | '.join([*compared(mesh), *peaks])} |", flush=True)
+    mesh = meshes["cortex-like"]()
     limit, solver = DISC * mesh.mean_edge_length, ExactDistance(mesh)
     print(f"\nAll pairs within {DISC} edges, {mesh.n_vertices:,} vertices:")
     for share in (0.5, 1.0, 2.0):
@@ -41,17 +47,6 @@ def main() -> None:
         seconds, matrix = timed(partial(solver.matrix, share * limit), 1)
         wall, each = time.perf_counter() - start, 1e6 * seconds / matrix.nnz
         print(f"{share} of it: {seconds:.2f} s, {wall:.2f} s from start to end, {each:.2f} µs a stored distance")
-
-
-def folded_sphere(level: int, seed: int = 0) -> TriangleMesh:
-    """Return a folded sphere of 80 units with irregular faces, 30 % of them obtuse, as on a cortical surface."""
-    rng, ball = np.random.default_rng(seed), icosphere(level)
-    points = ball.vertices + 0.1 * ball.mean_edge_length * rng.normal(size=ball.vertices.shape)
-    points /= np.linalg.norm(points, axis=1)[:, None]
-    waves = rng.normal(size=(40, 3))
-    waves *= 10 / np.linalg.norm(waves, axis=1)[:, None]
-    height = np.sin(points @ waves.T + rng.uniform(0, 2 * np.pi, 40)).sum(axis=1) / np.sqrt(20)
-    return TriangleMesh(80 * points * (1 + 0.245 * np.tanh(1.2 * height))[:, None], ball.faces)
 
 
 def compared(mesh: TriangleMesh) -> list[str]:
@@ -65,6 +60,10 @@ def compared(mesh: TriangleMesh) -> list[str]:
     assert np.abs(exact - other).max() < 1e-9 * exact.max()
     marching = pp3d.MeshFastMarchingDistanceSolver(mesh.vertices, mesh.faces)
     march, near = timed(lambda: marching.compute_distance([[(17, [])]]))
+    region = region_points(
+        mesh, np.flatnonzero(solver.from_vertices([17], DISC * mesh.mean_edge_length)["distance"] < np.inf)
+    )
+    filled, _ = timed(lambda: solver.from_sources(region))
     others = exact > 0
     error = 100 * float(np.mean(np.abs(near[others] / exact[others] - 1)))
     return [
@@ -72,9 +71,28 @@ def compared(mesh: TriangleMesh) -> list[str]:
         f"{theirs:.2f} s",
         f"{theirs / ours:.1f}",
         f"{march:.2f} s",
+        f"{ours / march:.1f}",
         f"{error:.2f} %",
         f"{1000 * disc:.2f} ms",
+        f"{filled:.2f} s",
     ]
+
+
+def peak(solver: str, name: str) -> str:
+    """Peak memory of a solver on a mesh, beyond that of the mesh, in a process of its own."""
+    command = [sys.executable, __file__, solver, name]
+    return f"{subprocess.run(command, check=True, capture_output=True, text=True).stdout.strip()} MB"
+
+
+def peak_of(solver: str, mesh: TriangleMesh) -> int:
+    """Peak memory in MB of one question, beyond that of the mesh and its edges."""
+    ExactDistance(mesh).from_vertices([17], limit=0.0)
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    if solver == "exact":
+        ExactDistance(mesh).from_vertices([17])
+    else:
+        PyGeodesicAlgorithmExact(mesh.vertices, mesh.faces.astype(np.int32)).geodesicDistances(np.array([17]), None)
+    return (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) // 1024
 
 
 def timed(work: Callable[[], Any], runs: int = RUNS) -> tuple[float, Any]:

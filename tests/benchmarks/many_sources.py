@@ -1,21 +1,17 @@
-"""Seconds a source when many follow: `HeatDistance.rows` beside potpourri3d's prefactored heat method.
+"""Time a source, for one and for many: `HeatDistance` beside potpourri3d's prefactored heat method, in turn.
 
-``make bench`` runs it. Each is asked in turn, in one process, and medians of the turns are told, in milliseconds; the
-ratio is that of the medians. The folder that GEOMHW_REFERENCE names lends its armadillo. Prints Markdown.
+``make bench`` runs it. Prints Markdown: medians of processor time in milliseconds, and their ratios.
 """
 
-import os
 import statistics
 import sys
 import time
-from pathlib import Path
 
 import numpy as np
 import potpourri3d as pp3d
+from meshes import scans, spheres
 
 from geomhw.geodesic.heat_method import HeatDistance, block_size
-from geomhw.io import read_mesh
-from geomhw.mesh.primitives import icosphere
 from geomhw.mesh.surface_points import vertex_points
 from geomhw.mesh.triangle_mesh import TriangleMesh
 
@@ -25,38 +21,51 @@ ASKED = 4
 
 
 def main() -> None:
-    """The table."""
-    meshes = {"icosphere(6)": icosphere(6), "icosphere(7)": icosphere(7)}
-    if folder := os.environ.get("GEOMHW_REFERENCE"):
-        meshes["armadillo"] = read_mesh(Path(folder) / "meshes/closed/armadillo.obj")
-    print("| mesh | vertices | potpourri3d set-up | a source | geomhw set-up | a source | ratio |\n|" + "---|" * 7)
-    for name, mesh in meshes.items():
-        print(f"| {name} | {mesh.n_vertices:,} | {' | '.join(compared(mesh))} |", flush=True)
+    """Print the table."""
+    columns = ["mesh", "vertices", "one source: potpourri3d", "geomhw", "ratio", "potpourri3d set-up", "geomhw set-up"]
+    columns += ["a source of many: potpourri3d", "geomhw", "ratio"]
+    print("| " + " | ".join(columns) + " |\n|" + "---|" * len(columns))
+    for name, make in {**scans(), **spheres()}.items():
+        mesh = make()
+        print(f"| {name} | {mesh.n_vertices:,} | {' | '.join([*one_source(mesh), *many_sources(mesh)])} |", flush=True)
     print(f"\nnumpy {np.__version__}, Python {sys.version.split()[0]}, {TURNS} turns")
 
 
-def compared(mesh: TriangleMesh) -> list[str]:
-    """Milliseconds, and the ratio."""
-    start = time.perf_counter()
+def one_source(mesh: TriangleMesh) -> list[str]:
+    """Milliseconds of each from arrays to distances, and the ratio of geomhw to potpourri3d."""
+    times = []
+    for turn in range(TURNS):
+        start = time.process_time()
+        pp3d.MeshHeatMethodDistanceSolver(mesh.vertices, mesh.faces, use_robust=False).compute_distance(turn)
+        half = time.process_time()
+        HeatDistance(TriangleMesh(mesh.vertices, mesh.faces), "h2").from_vertices([turn])
+        times.append([half - start, time.process_time() - half])
+    theirs, mine = (statistics.median(column) for column in zip(*times[1:], strict=True))
+    return [f"{1000 * theirs:.0f}", f"{1000 * mine:.0f}", f"{mine / theirs:.2f}"]
+
+
+def many_sources(mesh: TriangleMesh) -> list[str]:
+    """Milliseconds of each to prepare, and for one of many sources, and the ratio of geomhw to potpourri3d."""
+    start = time.process_time()
     peer = pp3d.MeshHeatMethodDistanceSolver(mesh.vertices, mesh.faces, use_robust=False)
     peer.compute_distance(0)
-    half = time.perf_counter()
+    half = time.process_time()
     ours = HeatDistance(mesh, "h2", queries=10_000)
     ours.prepare()
-    set_up = [half - start, time.perf_counter() - half]
+    set_up = [half - start, time.process_time() - half]
     chosen = np.random.default_rng(0).choice(mesh.n_vertices, (TURNS + 1, block_size(mesh.n_vertices)), replace=False)
     times = []
     for block in chosen.tolist():
         queries = [vertex_points(mesh, [v]) for v in block]
-        start = time.perf_counter()
+        start = time.process_time()
         for vertex in block[:ASKED]:
             peer.compute_distance(vertex)
-        half = time.perf_counter()
+        half = time.process_time()
         ours.rows(queries)
-        times.append([(half - start) / ASKED, (time.perf_counter() - half) / len(block)])
+        times.append([(half - start) / ASKED, (time.process_time() - half) / len(block)])
     theirs, mine = (statistics.median(column) for column in zip(*times[1:], strict=True))
-    seconds = [set_up[0], theirs, set_up[1], mine]
-    return [*(f"{1000 * x:.1f}" for x in seconds), f"{theirs / mine:.1f}"]
+    seconds = [*set_up, theirs, mine]
+    return [*(f"{1000 * x:.1f}" for x in seconds), f"{mine / theirs:.2f}"]
 
 
 if __name__ == "__main__":
