@@ -13,7 +13,7 @@ from geomhw.io.artifacts.tables import read_csv
 from geomhw.mesh.primitives import torus
 from geomhw.mesh.surface_points import face_point
 from geomhw.mesh.triangle_mesh import TriangleMesh
-from support.meshes import crumpled, two_spheres
+from support.meshes import ZOO, crumpled, two_spheres, zoo_mesh
 from support.messages import missing
 from support.program import one_line, run, save_off
 
@@ -182,6 +182,27 @@ def test_mask_is_mesh_cut_out(method: list[str], source: str) -> None:
     reports = [json.loads(text.stdout) for text in (answer, other)]
     assert reports[0]["farthest"] == reports[1]["farthest"]
     assert [s["face"] for s in reports[0]["sources"] if isinstance(s, dict)] in ([], [40], [7])
+
+
+@pytest.mark.parametrize("name", sorted(ZOO))
+def test_random_masks(name: str) -> None:
+    """Distances within random masks are those on the mesh cut out and renumbered; outside they are inf."""
+    mesh, rng = zoo_mesh(name), np.random.default_rng(7)
+    save_off(mesh, "zoo.off")
+    for share in (0.5, 0.8, 0.95):
+        kept = rng.random(mesh.n_faces) < share
+        kept[0] = True
+        np.save("kept.npy", kept)
+        used = rng.permutation(np.unique(mesh.faces[kept]))
+        places = np.full(mesh.n_vertices, -1)
+        places[used] = np.arange(len(used))
+        cut = TriangleMesh(mesh.vertices[used], rng.permutation(places[mesh.faces[kept]]))
+        command = ["geodesic", "zoo.off", "--method", "exact", "--mask", "kept.npy", "-o", "out.vtu", "-q"]
+        assert run(*command, "--source", str(used[0])).exit_code == 0
+        found = read("out.vtu")["distance"]
+        expected = ExactDistance(cut).from_vertices([0])["distance"]
+        np.testing.assert_allclose(found[used], expected, rtol=1e-11, atol=1e-14)
+        assert np.isinf(found[places < 0]).all()
 
 
 def test_mask_of_vertices() -> None:
