@@ -125,6 +125,8 @@ class HeatDistance:
     def from_sources(self, sources: SurfacePoints) -> Result:
         """Return the distance from the nearest of the sources, vertices or points within faces, in any order.
 
+        Only refined distances start at the edges and faces of a filled region; otherwise its vertices are the sources.
+
         Returns
         -------
         Result with these fields. Per vertex: ``heat`` u, with (M + tS) u = 1 at a single source, shared by the corners
