@@ -92,7 +92,7 @@ class ExactDistance:
         return self.from_sources(vertex_points(self.mesh, sources), limit, targets)
 
     def from_sources(self, sources: SurfacePoints, limit: float = inf, targets: Sequence[int] | Ints = ()) -> Result:
-        """Return the distance from the nearest of the sources: vertices, points within faces or on edges, filled regions.
+        """Return the distance from the nearest source: vertices, points within faces or on edges, filled regions.
 
         Parameters
         ----------
