@@ -51,7 +51,7 @@ class Spec:
 
     def resolve(self, mesh: "TriangleMesh") -> "SurfacePoints":
         """Find the points on a mesh. Raises FieldError if there are none."""
-        from geomhw.mesh import surface_points
+        from geomhw.mesh import nearest_point, surface_points
 
         if region := self.parts.get("region"):
             return _region(mesh, region, str(self.parts["value"]))
@@ -63,7 +63,7 @@ class Spec:
             if face is not None:
                 return surface_points.face_point(mesh, int(face), _triple(weights) if weights else None)
             if near is not None:
-                return surface_points.nearest_point(mesh, _triple(near))
+                return nearest_point(mesh, _triple(near))
             if axis is not None:
                 sign = 1 if self.parts["end"] == "max" else -1
                 vertex = surface_points.extreme_vertex(mesh, "xyz".index(axis), sign)

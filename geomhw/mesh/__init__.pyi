@@ -7,6 +7,7 @@ from .implicit_surfaces import genus_two as genus_two
 from .implicit_surfaces import implicit_surface as implicit_surface
 from .inserted_points import InsertedPoints as InsertedPoints
 from .inserted_points import insert_points as insert_points
+from .nearest import nearest_point as nearest_point
 from .orientation import (
     orientation_cover as orientation_cover,
 )
@@ -48,9 +49,6 @@ from .surface_points import (
 )
 from .surface_points import (
     face_point as face_point,
-)
-from .surface_points import (
-    nearest_point as nearest_point,
 )
 from .surface_points import (
     region_points as region_points,

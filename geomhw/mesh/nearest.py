@@ -1,9 +1,44 @@
 """Closest point of a triangle mesh to a point in space."""
 
+import math
+
 import numpy as np
+from numpy.typing import ArrayLike
 
 from geomhw.arrays import Floats
+from geomhw.errors import ArgumentError
+from geomhw.mesh.surface_points import SurfacePoints, bounding_box, face_point
 from geomhw.mesh.triangle_mesh import TriangleMesh
+
+#: Distance, in diagonals of the bounding box, from which no point of the surface is the nearest up to rounding.
+FARTHEST = 1e6
+
+
+def nearest_point(mesh: TriangleMesh, point: ArrayLike) -> SurfacePoints:
+    """Find the point of the surface closest to a point in space, (3,); of equally close faces, the lowest.
+
+    Raises
+    ------
+    ArgumentError
+        If ``point`` does not have three finite coordinates, or is a million diagonals of the bounding box away.
+
+    Examples
+    --------
+    >>> from geomhw.mesh import grid
+    >>> nearest_point(grid(1, 1), [0.75, 0.25, 9.0]).positions(grid(1, 1))
+    array([[0.75, 0.25, 0.  ]])
+    """
+    place = np.asarray(point, dtype=float)
+    if place.shape != (3,) or not np.isfinite(place).all():
+        raise ArgumentError(f"a point in space has three finite coordinates, not {place.tolist()}")
+    low, high = bounding_box(mesh)
+    distance, diagonal = math.dist(place.tolist(), ((low + high) / 2).tolist()), math.dist(low.tolist(), high.tolist())
+    if distance > FARTHEST * diagonal > 0:
+        raise ArgumentError(
+            f"the point {', '.join(f'{x:g}' for x in place)} is {distance:.3g} away from the mesh, whose bounding box "
+            f"has a diagonal of {diagonal:.3g}; give a point near the surface"
+        )
+    return face_point(mesh, *nearest_on_surface(mesh, place))
 
 
 def nearest_on_surface(mesh: TriangleMesh, point: Floats) -> tuple[int, Floats]:

@@ -1,6 +1,5 @@
 """Points on a surface in barycentric coordinates: vertices, points in faces, closest points, with input checks."""
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -10,15 +9,12 @@ from numpy.typing import ArrayLike
 
 from geomhw.arrays import Floats, Ints
 from geomhw.errors import ArgumentError
-from geomhw.mesh.nearest import nearest_on_surface
 from geomhw.mesh.triangle_mesh import TriangleMesh
 
 #: Largest deviation from 1 of the sum of three barycentric coordinates: they may be rounded to two digits.
 ROUNDED_SUM = 0.015
 #: A barycentric coordinate below this is set to zero: the point lies on an edge or is a vertex.
 SNAP = 1e-9
-#: Distance, in diagonals of the bounding box, from which no point of the surface is the nearest up to rounding.
-FARTHEST = 1e6
 
 
 @dataclass(frozen=True, eq=False)
@@ -270,33 +266,6 @@ def boundary_points(mesh: TriangleMesh) -> SurfacePoints:
     if mesh.is_closed:
         raise ArgumentError("the mesh has no boundary; name vertices or faces as sources")
     return vertex_points(mesh, mesh.boundary_vertices)
-
-
-def nearest_point(mesh: TriangleMesh, point: ArrayLike) -> SurfacePoints:
-    """Find the point of the surface closest to a point in space, (3,); of equally close faces, the lowest.
-
-    Raises
-    ------
-    ArgumentError
-        If ``point`` does not have three finite coordinates, or is a million diagonals of the bounding box away.
-
-    Examples
-    --------
-    >>> from geomhw.mesh import grid
-    >>> nearest_point(grid(1, 1), [0.75, 0.25, 9.0]).positions(grid(1, 1))
-    array([[0.75, 0.25, 0.  ]])
-    """
-    place = np.asarray(point, dtype=float)
-    if place.shape != (3,) or not np.isfinite(place).all():
-        raise ArgumentError(f"a point in space has three finite coordinates, not {place.tolist()}")
-    low, high = bounding_box(mesh)
-    distance, diagonal = math.dist(place.tolist(), ((low + high) / 2).tolist()), math.dist(low.tolist(), high.tolist())
-    if distance > FARTHEST * diagonal > 0:
-        raise ArgumentError(
-            f"the point {', '.join(f'{x:g}' for x in place)} is {distance:.3g} away from the mesh, whose bounding box "
-            f"has a diagonal of {diagonal:.3g}; give a point near the surface"
-        )
-    return face_point(mesh, *nearest_on_surface(mesh, place))
 
 
 def bounding_box(mesh: TriangleMesh) -> tuple[Floats, Floats]:

@@ -7,9 +7,9 @@ import pytest
 
 from geomhw.geodesic.heat_method import HeatDistance
 from geomhw.geodesic.source_conditions import known_distances
-from geomhw.mesh.nearest import nearest_on_surface
+from geomhw.mesh.nearest import nearest_on_surface, nearest_point
 from geomhw.mesh.primitives import grid, icosphere, strip
-from geomhw.mesh.surface_points import SurfacePoints, concatenate, face_point, nearest_point, vertex_points
+from geomhw.mesh.surface_points import SurfacePoints, concatenate, face_point, vertex_points
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.transport.source_vectors import source_frames, unit_vectors
 from geomhw.transport.vector_heat import VectorHeat

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from geomhw.errors import FieldError
+from geomhw.mesh.nearest import nearest_point
 from geomhw.mesh.surface_points import (
     SurfacePoints,
     boundary_points,
     concatenate,
     face_point,
-    nearest_point,
     vertex_range,
 )
 from geomhw.mesh.triangle_mesh import TriangleMesh

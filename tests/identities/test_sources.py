@@ -6,13 +6,13 @@ import pytest
 from geomhw.geodesic.edge_paths import edge_path_distance
 from geomhw.geodesic.heat_method import HeatDistance
 from geomhw.geodesic.source_conditions import known_distances
+from geomhw.mesh.nearest import nearest_point
 from geomhw.mesh.primitives import grid, icosphere
 from geomhw.mesh.surface_points import (
     SurfacePoints,
     concatenate,
     extreme_vertex,
     face_point,
-    nearest_point,
     vertex_points,
 )
 from geomhw.mesh.triangle_mesh import TriangleMesh
