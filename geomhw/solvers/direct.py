@@ -75,6 +75,11 @@ class SparseLU:
         x[self._order] = self._lu.solve(b[self._order])
         return _finite(x)
 
+    @property
+    def negative_pivots(self) -> int:
+        """How many pivots are negative: of a Hermitian matrix, as many as eigenvalues."""
+        return int(np.count_nonzero(self._lu.U.diagonal().real < 0))
+
     def _block(self, b: NDArray[Any]) -> NDArray[Any]:
         """Solve for all columns of b, (n, k), in one pass over the factors."""
         from geomhw.solvers.triangular import solve_lower, solve_upper

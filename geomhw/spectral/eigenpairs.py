@@ -1,6 +1,6 @@
 """The smallest eigenpairs of A φ = λ M φ, in a basis that does not depend on the run or the machine.
 
-The Lanczos method of ARPACK on (A + δM)⁻¹ M with the factorization of `geomhw.solvers`.
+The count of eigenvalues below a bound, from the signs of pivots, says whether the iteration has found all of them.
 """
 
 from dataclasses import dataclass
@@ -13,17 +13,18 @@ from numpy.typing import NDArray
 
 from geomhw.arrays import Floats
 from geomhw.errors import ArgumentError, ConvergenceError
-from geomhw.solvers.direct import DirectSolver, single_threaded
+from geomhw.solvers.direct import SparseLU, single_threaded
+from geomhw.spectral.block_lanczos import BLOCK, block_lanczos
 
-#: The shift δ, times the sum of M.
-SHIFT = 1.0
+#: Blocks of start vectors, at most less one.
+MOST_STARTS = 9
 #: Pairs that are computed beyond those asked for, so that the last eigenspace is whole.
 FURTHER = 8
 #: Eigenvalues that differ by less than this, relative to the larger, have one eigenspace.
 MULTIPLE = 1e-7
 #: Rows whose weight in an eigenspace is the largest up to this, relative, tie.
 TIE = 1e-6
-#: Systems of at most this many unknowns, or twice the number of pairs, are solved as dense ones.
+#: Systems of at most this many unknowns, or six times the number of pairs, are solved as dense ones.
 DENSE = 300
 
 
@@ -78,8 +79,8 @@ def smallest_eigenpairs(A: sp.csr_array, M: sp.csr_array, k: int) -> Eigenpairs:
         raise ArgumentError(f"there are {n} eigenpairs; {k} cannot be computed")
     wanted = min(k + FURTHER, n)
     total = float(M.sum().real)
-    M = sp.csr_array(M / total)  # the iteration has absolute thresholds
-    values, vectors = _dense(A, M) if n <= max(DENSE, 2 * wanted + 2) else _lanczos(A, M, wanted)
+    M = sp.csr_array(M / total)
+    values, vectors = _dense(A, M) if n <= max(DENSE, 6 * wanted) else _lanczos(A, M, wanted)
     order = np.argsort(values, kind="stable")[:wanted]
     values, vectors = np.maximum(values[order], 0.0), vectors[:, order]
     for begin, end in _multiplets(values):
@@ -135,20 +136,29 @@ def _dense(A: sp.csr_array, M: sp.csr_array) -> tuple[Floats, NDArray[Any]]:
 
 
 def _lanczos(A: sp.csr_array, M: sp.csr_array, k: int) -> tuple[Floats, NDArray[Any]]:
-    """ARPACK in shift-invert mode, from a fixed start."""
-    from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh
-
-    inverse = DirectSolver(sp.csr_array(A + SHIFT * M))
-    operator = LinearOperator(A.shape, matvec=inverse, dtype=A.dtype)
-    start = start_vector(A.shape[0]).astype(A.dtype)
-    try:
-        with single_threaded():
-            values, vectors = eigsh(A, k=k, M=M, sigma=-SHIFT, OPinv=operator, v0=start, tol=0)
-    except ArpackError as error:
-        raise ConvergenceError(f"the eigenpairs cannot be found ({error}); ask for fewer") from error
-    return np.asarray(values), np.asarray(vectors)
+    """Block Lanczos, from as many further starts as eigenvalues below the largest are missing."""
+    with single_threaded():
+        for blocks in range(1, MOST_STARTS):
+            values, vectors = block_lanczos(A, M, k, start_vectors(A.shape[0], blocks * BLOCK))
+            bound = gap_below(values)
+            if below(A, M, bound) == np.count_nonzero(values < bound):
+                return values, vectors
+    raise ConvergenceError(f"{k} eigenpairs cannot be found, since too many eigenvalues are equal; ask for more")
 
 
-def start_vector(n: int) -> Floats:
-    """Return a vector, (n,), with a part along every eigenvector, the same at each call."""
-    return np.asarray(np.cos(np.arange(n) ** 2 / 1.9))
+def gap_below(values: Floats) -> float:
+    """The middle of the widest gap, relative to the values, in the upper half of ascending eigenvalues."""
+    half = len(values) // 2
+    gaps = np.diff(values[half:]) / (1 + values[half + 1 :])
+    last = half + int(np.argmax(gaps))
+    return float(values[last] + values[last + 1]) / 2
+
+
+def below(A: sp.csr_array, M: sp.csr_array, bound: float) -> int:
+    """Count the eigenvalues of A φ = λ M φ below a bound: the negative pivots of A - bound M [Sylvester 1852]."""
+    return SparseLU(sp.csr_array(A - bound * M)).negative_pivots
+
+
+def start_vectors(n: int, count: int) -> Floats:
+    """Return vectors, (n, count), with a part along every eigenvector, the same at each call."""
+    return np.cos(np.outer(np.arange(n) ** 2 / 1.9, 1 + np.arange(count) / count) + np.arange(count))
