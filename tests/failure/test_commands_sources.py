@@ -108,6 +108,8 @@ def test_many_vertices(separator: str, folder: Path) -> None:
     mesh = grid(330, 330)
     text = separator.join(str(100_000 + k % 5_000) for k in range(200_000))
     Path("many.txt").write_text(text)
+    Path("one.txt").write_text("1")
+    SourceSpecs.parse(["@one.txt"]).resolve(mesh).distinct()  # loads modules
     tracemalloc.start()
     try:
         specs = SourceSpecs.parse(["@many.txt"])
