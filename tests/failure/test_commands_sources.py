@@ -1,11 +1,12 @@
 """``--source`` refuses wrong specs, files and indices."""
 
+import tracemalloc
 from pathlib import Path
 
 import pytest
 from click import UsageError
 
-from geomhw.errors import FormatError
+from geomhw.errors import FieldError, FormatError
 from geomhw.mesh.primitives import grid, icosphere
 from geomhw_cli.specs.sources import SourceSpecs
 from support.messages import missing
@@ -99,3 +100,43 @@ def test_refused(command: str, mesh: str, arguments: list[str], code: int, words
     assert not missing(answer.stderr.strip().splitlines()[-1], words)
     assert code == 2 or len(answer.stderr.strip().splitlines()) == 1
     assert sorted(path.name for path in folder.iterdir()) == before
+
+
+@pytest.mark.parametrize("separator", ["\n", " ", ","])
+def test_many_vertices(separator: str, folder: Path) -> None:
+    """A list of vertices takes memory in proportion to its size: at most 20 bytes a byte."""
+    mesh = grid(330, 330)
+    text = separator.join(str(100_000 + k % 5_000) for k in range(200_000))
+    Path("many.txt").write_text(text)
+    Path("one.txt").write_text("1")
+    SourceSpecs.parse(["@one.txt"]).resolve(mesh).distinct()  # loads modules
+    tracemalloc.start()
+    try:
+        specs = SourceSpecs.parse(["@many.txt"])
+        points = specs.resolve(mesh)
+        first, group = points.distinct()
+        peak = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert len(first) == 5_000
+    assert (points.vertices[first][group] == points.vertices).all()
+    assert peak < 20 * len(text) + 20 * mesh.n_vertices
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("1\n2,3 4\nface:1\n5\n900", "line 5: source 900 is not a vertex"),
+        ("1\n2,3 4 900 5\n-7", "line 2: source 900 is not a vertex"),
+        ("900\n", "line 1: source 900 is not a vertex"),
+        ("1\n-7", "line 2: source -7 is not a vertex"),
+        ("1\n1,,2", "line 2: ',2' is no source"),
+        ("1\n,2", "line 2: ',2' is no source"),
+        ("1\n1234567890123456789", "line 2: '1234567890123456789' is no source"),
+    ],
+)
+def test_line_of_a_wrong_source(text: str, words: str, folder: Path) -> None:
+    """A message on a file names the line of the first wrong source."""
+    Path("some.txt").write_text(text)
+    with pytest.raises((FormatError, FieldError), match=words):
+        SourceSpecs.parse(["@some.txt"]).resolve(SHEET)

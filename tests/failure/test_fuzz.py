@@ -116,6 +116,7 @@ LARGE: dict[str, tuple[str, bytes]] = {
     "mixed polygons": (".vtk", vtk("POLYGONS 50000 225000\n" + (TRIANGLE + QUAD) * 25000)),
     "tags": (".vtp", b"<a/>" * 100_000),
     "tags with attributes": (".vtp", b"<VTKFile type='PolyData'>" + b"<a b=''/>" * 10_000 + b"</VTKFile>"),
+    "one tag": (".vtp", b"<VTKFile " + b"".join(b"a%d='' " % i for i in range(100_000)) + b"/>"),
     "frames": (".pvd", b"<a>" + b'<DataSet timestep="0.1" part="0" file="a.00001.vtp"/>\n' * 20000 + b"</a>"),
     "numbers": (".csv", b"a,b\n" + b"10,2.5\n" * 50000),
     "texts": (".csv", b"a,b\n" + b"first,second\n" * 30000 + b"x" * 100_000 + b",\n"),

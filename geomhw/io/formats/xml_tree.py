@@ -8,7 +8,7 @@ from xml.etree.ElementTree import Element, TreeBuilder, XMLParser
 UNWRITABLE = re.compile("[\x00-\x1f\ud800-\udfff\ufffe\uffff]")
 #: Parsing takes 28 bytes of memory for each byte of an attribute.
 LONGEST_TAG = 1 << 16
-_TAG = re.compile(rb"<!--.*?-->|<(?:[^>\"']+|\"[^\"]*\"?|'[^']*'?)*", re.DOTALL)
+_TAG = re.compile(rb"<(?:[^>\"']+|\"[^\"]*\"?|'[^']*'?)*")
 #: A VTK file has a few elements an array, a series one a frame; each takes a hundred bytes of memory and more.
 MOST_TAGS, LEAST_BYTES_A_TAG = 1000, 32
 
@@ -18,10 +18,15 @@ def parse_xml(data: bytes) -> Element:
     if (tags := data.count(b"<")) > MOST_TAGS and tags * LEAST_BYTES_A_TAG > len(data):
         raise ValueError(f"{tags} tags in {len(data)} bytes are no data")
     begin = data.find(b"<")
-    while tag := _TAG.match(data, begin) if begin >= 0 else None:
-        if tag.end() - begin > LONGEST_TAG and not tag[0].startswith(b"<!--"):
-            raise ValueError(f"it has a tag of more than {LONGEST_TAG} bytes")
-        begin = data.find(b"<", tag.end())
+    while begin >= 0:
+        if data.startswith(b"<!--", begin):
+            end = data.find(b"-->", begin)
+            end = len(data) if end < 0 else end
+        else:
+            end = _TAG.match(data, begin, begin + LONGEST_TAG + 1).end()  # type: ignore[union-attr]
+            if end - begin > LONGEST_TAG:
+                raise ValueError(f"it has a tag of more than {LONGEST_TAG} bytes")
+        begin = data.find(b"<", end)
     parser = XMLParser(target=_WithoutDocumentType())
     parser.feed(data)
     root: Element = parser.close()
