@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from geomhw_cli import options
-from geomhw_cli.options import CURVE_FILES, INPUT, OptionGroup, command, flag, option
+from geomhw_cli.options import CURVE_FILES, INPUT, OptionGroup, command, flag, option, points_option
 from geomhw_cli.runtime.curves import CURVE_EXTENSIONS, curve_line, curve_report, write_curves
 from geomhw_cli.runtime.job import Job
-from geomhw_cli.specs.sources import MAX_IN_LINE, SOURCE_HELP, SourceSpecs, source_pairs
+from geomhw_cli.specs.sources import MAX_IN_LINE, SourceSpecs, source_pairs
 
 if TYPE_CHECKING:
     from geomhw.geodesic.surface_path import SurfacePath
@@ -17,18 +17,12 @@ if TYPE_CHECKING:
     from geomhw.mesh.triangle_mesh import TriangleMesh
 
 
-def _points(names: str, help: str) -> click.Option:
-    """An option for points on the mesh."""
-    parse = SourceSpecs.parse
-    return option(names, "SPEC", str, help, multiple=True, callback=lambda _context, _option, texts: parse(texts))
-
-
 @command(
     OptionGroup(
         "Input",
-        _points("--from starts", f"Start: {SOURCE_HELP}. Of several points, the nearest. May be repeated."),
-        _points("--to ends", "End, written as in --from. Each of several points gets a path. May be repeated."),
-        _points("--via stops", "Point that the path goes through, in order, written as in --from. May be repeated."),
+        points_option("--from starts", "Start; of several points, the nearest. May be repeated."),
+        points_option("--to ends", "End; each of several points gets a path. May be repeated."),
+        points_option("--via stops", "Point that the path goes through, in order. May be repeated."),
         flag("--loop", "Close the path from its last point to its first."),
         option("--pairs", "FILE", INPUT, "Instead: a path for each line, from its first point to its second."),
     ),

@@ -23,6 +23,7 @@ from geomhw_cli.repair import repair
 from geomhw_cli.runtime import interrupts
 from geomhw_cli.runtime.pictures import keep_command_line
 from geomhw_cli.spectrum import spectrum
+from geomhw_cli.trace import trace
 from geomhw_cli.vecdiffuse import vecdiffuse
 from geomhw_cli.view import view
 
@@ -112,7 +113,7 @@ def program() -> None:
     """
 
 
-for command in (advect, compare, fluid, geodesic, helmholtz, info, operators, path, repair, spectrum, vecdiffuse, view):
+for command in (advect, compare, fluid, geodesic, helmholtz, info, operators, path, repair, spectrum, trace, vecdiffuse, view):
     program.add_command(command)
 
 

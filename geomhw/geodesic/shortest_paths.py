@@ -40,7 +40,7 @@ class ShortestPaths:
     >>> from geomhw.mesh import TriangleMesh, vertex_points
     >>> square = TriangleMesh([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
     >>> (path,) = ShortestPaths(square).between(vertex_points(square, [1]), vertex_points(square, [3]))
-    >>> path.positions.tolist()
+    >>> path.positions.round(6).tolist()
     [[1.0, 0.0, 0.0], [0.5, 0.5, 0.0], [0.0, 1.0, 0.0]]
     """
 

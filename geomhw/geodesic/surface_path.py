@@ -25,11 +25,14 @@ class SurfacePath:
         The face of the segment that follows each point; of the last point, the face of the last segment.
     weights : (k, 3) array
         Barycentric coordinates of the points in these faces.
+    stop : {"", "boundary", "non-manifold edge"}
+        Where a traced line ends before its length.
     """
 
     mesh: TriangleMesh
     faces: Ints
     weights: Floats
+    stop: str = ""
 
     def __repr__(self) -> str:
         return f"SurfacePath of {len(self.faces)} points, length {self.length:.6g}"

@@ -1,4 +1,4 @@
-"""``path``: outputs, reports and pictures."""
+"""``path`` and ``trace``: outputs, reports and pictures."""
 
 import json
 from pathlib import Path
@@ -9,7 +9,7 @@ import pytest
 from geomhw.geodesic import ExactDistance
 from geomhw.io import read_csv
 from geomhw.io.reading import read_cloud
-from geomhw.mesh.primitives import torus
+from geomhw.mesh.primitives import grid, torus
 from support.meshes import crumpled, two_spheres
 from support.messages import missing
 from support.program import one_line, run, save_off
@@ -108,3 +108,45 @@ def test_face_of_zero_area() -> None:
     """A point inside a face of zero area is refused."""
     Path("flat.off").write_text("OFF\n4 2 0\n0 0 0\n1 0 0\n2 0 0\n0 1 0\n3 0 1 2\n3 0 1 3\n")
     one_line(run("path", "flat.off", "--from", "face:0", "--to", "3", "-o", "p.vtp"), "face 0", "zero area")
+
+
+def test_trace() -> None:
+    """A line has the requested length; a fan has a line for each angle, the first as without --fan."""
+    answer = run("trace", "mesh.off", "--from", "3", "--angle", "40", "--length", "2", "-o", "l.csv", "--json")
+    (line,) = json.loads(answer.stdout)["lines"]
+    assert (line["start"], line["length"], line["stop"]) == (3, pytest.approx(2, rel=1e-12), None)
+    one = read_csv("l.csv")
+    fan = ["--fan", "12", "-o", "fan.csv", "--png", "fan.png", "--json"]
+    answer = run("trace", "mesh.off", "--from", "3", "--angle", "40", "--length", "2", *fan)
+    assert len(json.loads(answer.stdout)["lines"]) == 12
+    many = read_csv("fan.csv")
+    for name, values in one.items():
+        np.testing.assert_array_equal(many[name][many["path"] == 0], values)
+
+
+def test_lines_end_at_the_boundary() -> None:
+    """The report says how many lines end before their length, and how many have no direction on the surface."""
+    save_off(grid(4, 4), "grid.off")
+    answer = run("trace", "grid.off", "--from", "0", "--length", "9", "--fan", "8", "-o", "l.vtp")
+    assert answer.exit_code == 0
+    assert "3 lines end before the length, at a boundary" in answer.stdout
+    assert "5 directions off the surface" in answer.stdout
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["--angle", "30", "--vector", "1", "0", "0"], ["--vector", "--angle"]),
+        (["--vector", "0", "0", "1"], ["normal"]),
+        (["--vector", "-1", "0.5", "0"], ["off the surface"]),
+        (["--angle", "200"], ["off the surface"]),
+        (["--length", "-1"], ["--length"]),
+    ],
+)
+def test_wrong_directions(options: list[str], words: list[str]) -> None:
+    """Directions that are impossible are refused with exit code 2."""
+    save_off(grid(4, 4), "grid.off")
+    answer = run("trace", "grid.off", "--from", "0", "--length", "1", *options, "-o", "l.vtp")
+    assert answer.exit_code == 2
+    for word in words:
+        assert not missing(answer.stderr, word)
