@@ -17,6 +17,7 @@ from geomhw_cli.fluid import fluid
 from geomhw_cli.geodesic import geodesic
 from geomhw_cli.helmholtz import helmholtz
 from geomhw_cli.info import info
+from geomhw_cli.logmap import logmap
 from geomhw_cli.operators import operators
 from geomhw_cli.path import path
 from geomhw_cli.repair import repair
@@ -113,7 +114,7 @@ def program() -> None:
     """
 
 
-for command in (advect, compare, fluid, geodesic, helmholtz, info, operators, path, repair, spectrum, trace, vecdiffuse, view):
+for command in (advect, compare, fluid, geodesic, helmholtz, info, logmap, operators, path, repair, spectrum, trace, vecdiffuse, view):
     program.add_command(command)
 
 

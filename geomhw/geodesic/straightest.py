@@ -238,7 +238,8 @@ def walk(
                 return count, BOUNDARY if surface.sides[h] == 1 else BRANCH
             g = np.int64(surface.across[h])
             f = g // 3
-            h, t, c, s, distance = cross_face(surface, g, t, c, s, apex_side(surface, g, t, c, s) > 0)
+            ahead = triangle(surface, g)
+            h, t, c, s, distance = cross_face(ahead, t, c, s, apex_side(ahead, t, c, s) > 0)
         # The point just passed, in the face that follows.
         for k in range(3):
             points[count - 1, k] = 0.0

@@ -19,6 +19,8 @@ from geomhw.geodesic.unfolded_faces import Surface, angle, ends
 
 #: The path moves to the other side of a vertex if the angle there is smaller than π by more, in radians.
 STRAIGHT = 1e-9
+#: Points of a path nearer to a vertex, as a share of an edge there, give no direction.
+SAME_POINT = 1e-12
 
 
 @dataclass
@@ -209,5 +211,7 @@ def _far_end(surface: Surface, w: int, side: int) -> Floats:
 
 
 def _angle(a: Floats, b: Floats) -> float:
-    """Return the angle between two vectors."""
+    """Return the angle between two vectors; 0, so that the other side is tried, if the first is zero up to rounding."""
+    if a @ a <= SAME_POINT**2 * (b @ b):
+        return 0.0
     return atan2(float(np.linalg.norm(np.cross(a, b))), float(a @ b))

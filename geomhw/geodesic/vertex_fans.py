@@ -43,6 +43,16 @@ class VertexFan:
         k = max(int(np.searchsorted(self.begins, a, side="right")) - 1, 0)
         return self.corners[k] // 3, self._vector(surface, k, a - self.begins[k])
 
+    def first_ends(self, surface: Surface) -> list[int]:
+        """Return the far end of the edge at which each face begins."""
+        return [sum(ends(surface, side)) - self.vertex for side in self.sides]
+
+    def angle_of(self, surface: Surface, face: int, vector: Floats) -> float:
+        """Return the angle of a vector, (3,), in the plane of a face, radians of the faces."""
+        k = next(k for k, corner in enumerate(self.corners) if corner // 3 == face)
+        along = surface.points[self.first_ends(surface)[k]] - surface.points[self.vertex]
+        return self.begins[k] + float(np.arctan2(np.linalg.norm(np.cross(along, vector)), along @ vector))
+
     def _vector(self, surface: Surface, k: int, inner: float) -> Floats:
         """Return the unit vector in face k at an angle from the edge where it begins."""
         names, v = surface.faces[self.corners[k] // 3].tolist(), self.vertex

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from geomhw.geodesic import ExactDistance
-from geomhw.io import read_csv
+from geomhw.io import read, read_csv
 from geomhw.io.reading import read_cloud
 from geomhw.mesh.primitives import grid, torus
 from support.meshes import crumpled, two_spheres
@@ -150,3 +150,22 @@ def test_wrong_directions(options: list[str], words: list[str]) -> None:
     assert answer.exit_code == 2
     for word in words:
         assert not missing(answer.stderr, word)
+
+
+def test_logmap() -> None:
+    """Arrays, report and a note where the radius is beyond the surface."""
+    answer = run("logmap", "mesh.off", "--source", "3", "--radius", "99", "-o", "l.vtu", "--png", "l.png", "--json")
+    assert answer.exit_code == 0
+    report, result = json.loads(answer.stdout), read("l.vtu")
+    assert {field.name for field in result.fields} == {"radius", "angle", "log"}
+    np.testing.assert_allclose(result["radius"], ExactDistance(MESH).from_vertices([3])["distance"], rtol=1e-12)
+    np.testing.assert_allclose(np.linalg.norm(result["log"], axis=1), result["radius"], rtol=1e-12)
+    assert report["vertices"] == MESH.n_vertices
+    assert "no vertex of the surface is beyond" in report["remarks"][0]
+
+
+def test_logmap_needs_one_source() -> None:
+    """Several sources are refused with exit code 2."""
+    answer = run("logmap", "mesh.off", "--source", "3,4", "-o", "l.vtu")
+    assert answer.exit_code == 2
+    assert not missing(answer.stderr, "one source")
