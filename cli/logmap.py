@@ -63,6 +63,9 @@ def logmap(
         answers = {**answers, "radius": radius}
         if answers["beyond"] == 0:
             lines.append(f"note: no vertex of the surface is beyond the radius {radius:g}")
+    if answers["undefined_angles"]:
+        where = counted(answers["undefined_angles"], "vertex", "vertices")
+        lines.append(f"warning: {where} reached along edges of length zero have no angle: NaN")
     if answers["unreachable_vertices"]:
         where = f"{counted(answers['unreachable_vertices'], 'vertex', 'vertices')} on components without the source"
         lines.append(f"warning: {where}: radius inf")

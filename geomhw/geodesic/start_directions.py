@@ -32,10 +32,22 @@ def start_directions(solver: ExactDistance, arrivals: Arrivals, fan: VertexFan) 
         if done < 0:
             line, done = np.empty(4 * len(line), dtype=CROSSING), -1 - done
         elif done < len(order):  # the line is lost
-            path = traced_path(solver, arrivals, int(order[done]))
-            found[order[done]] = fan.angle_of(surface, int(path.faces[0]), path.positions[1] - path.positions[0])
+            found[order[done]] = _along_path(solver, arrivals, fan, int(order[done]))
             done += 1
+    for u in order[np.isnan(found[order])].tolist():  # where edges of length zero have no order
+        found[u] = _along_path(solver, arrivals, fan, u)
     return found
+
+
+def _along_path(solver: ExactDistance, arrivals: Arrivals, fan: VertexFan, v: int) -> float:
+    """Return the angle of the first segment of a path that has a length; NaN if that is at another vertex."""
+    path = traced_path(solver, arrivals, v)
+    steps = np.diff(path.positions, axis=0)
+    first = int(np.flatnonzero(np.append(steps.any(axis=1), True))[0])
+    at = path.weights[first] == 1
+    if first == len(steps) or fan.vertex not in path.mesh.faces[path.faces[first], at]:
+        return nan
+    return fan.angle_of(solver.surface, int(path.faces[first]), steps[first])
 
 
 def arrivals_of(arrivals: Arrivals) -> tuple[Floats, Ints, Ints, Floats]:

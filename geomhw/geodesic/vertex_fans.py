@@ -100,4 +100,6 @@ def vertex_fan(surface: Surface, v: int) -> VertexFan:
         corners.insert(0, corner)
         sides.insert(0, side)
         begins.insert(0, start)
-    return VertexFan(v, corners, sides, begins, total - start, closed, manifold and len(corners) == count)
+    return VertexFan(
+        v, corners, sides, begins, total - start, closed, manifold and len(corners) == count and total > start
+    )

@@ -49,7 +49,8 @@ class LogarithmicMap:
         one); ``angle``, radians in (-π, π], counterclockwise from the first edge of the vertex's first face, or of the
         face that contains the point; ``log``, (n, 2), radius times the cosine and sine of the angle. Angles around an
         inner vertex are scaled to sum to 2π. Where a shortest path turns, the angle is that of its start. ``angle`` and
-        ``log`` are NaN where ``radius`` is inf. At the source all are 0.
+        ``log`` are NaN where ``radius`` is inf, and where a path leaves the source along an edge of length zero. At the
+        source all are 0.
 
         Raises
         ------
@@ -90,6 +91,7 @@ class LogarithmicMap:
             "largest_radius": float(distance[reached].max()),
             "vertices": int(reached.sum()),
             "beyond": 0 if radius == inf else missing,
+            "undefined_angles": int(np.isnan(angles[reached]).sum()),
             "unreachable_vertices": missing if radius == inf else 0,
         }
         fields = [Field("radius", "vertex", distance), Field("angle", "vertex", angles), Field("log", "vertex", log)]

@@ -169,3 +169,29 @@ def test_logmap_needs_one_source() -> None:
     answer = run("logmap", "mesh.off", "--source", "3,4", "-o", "l.vtu")
     assert answer.exit_code == 2
     assert not missing(answer.stderr, "one source")
+
+
+def test_straighten() -> None:
+    """Curves of all kinds of files; a loop that bounds a disk is reported as a point."""
+    save_off(torus(24, 12), "torus.off")
+    answer = run(
+        "path", "torus.off", "--from", "0", "--via", "8", "--via", "16", "--loop", "-o", "c.vtp", "-o", "c.csv"
+    )
+    assert answer.exit_code == 0
+    Path("c.txt").write_text("0,8,16,0\n")
+
+    def loops(name: str, *options: str) -> list[dict]:
+        answer = run("path", "torus.off", "--straighten", name, *options, "-o", "g.vtp", "--json")
+        assert answer.exit_code == 0, answer.output
+        return json.loads(answer.stdout)["paths"]
+
+    expected = pytest.approx(48 * 0.6 * np.sin(np.pi / 24), rel=1e-12)
+    for name in ("c.vtp", "c.csv", "c.txt"):
+        (found,) = loops(name)
+        assert (found["length"], found["loop"], found["contractible"]) == (expected, True, False)
+    Path("c.txt").write_text("0,30,27\n")
+    assert loops("c.txt")[0]["loop"] is False
+    assert loops("c.txt", "--loop")[0]["contractible"] is True
+    (table,) = ["x,y\n0,1\n"]
+    Path("bad.csv").write_text(table)
+    one_line(run("path", "torus.off", "--straighten", "bad.csv", "-o", "g.vtp"), "bad.csv", "b0")
