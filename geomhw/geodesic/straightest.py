@@ -121,21 +121,24 @@ class StraightestGeodesics:
             raise ArgumentError(f"a line starts from one point, not {len(source)}")
         if not 0 <= length < inf:
             raise ArgumentError(f"the length of a line is finite and at least 0, not {length}")
-        if (face := int(source.faces[0])) in self.mesh.degenerate_faces:
-            raise FieldError(f"face {face} has zero area, so no direction; start at one of its corners")
-        return face, source.weights[0]
+        return self._with_area(int(source.faces[0])), source.weights[0]
+
+    def _with_area(self, face: int) -> int:
+        """Return a face, unless it has zero area; -1 for a vertex."""
+        if face in self.mesh.degenerate_faces:
+            raise FieldError(f"face {face}, into which the line starts, has zero area, so no directions")
+        return face
 
     def _fan(self, source: SurfacePoints) -> VertexFan:
         """Return the fan of a vertex."""
         fan = vertex_fan(self._surface, int(source.vertices[0]))
-        if not fan.complete:
-            raise ArgumentError(f"vertex {fan.vertex} is not manifold, so directions there have no angles")
+        fan.require_angles()
         return fan
 
     def _line(self, face: int, weights: Floats, vector: Floats, length: float) -> SurfacePath:
         """Return the line from a point of a face along a unit vector in the plane of the face."""
         surface, room = self._surface, 256
-        begin = _first_exit(self.mesh, face, weights, vector)
+        begin = _first_exit(self.mesh, self._with_area(face), weights, vector)
         if begin is None:  # the point is on an edge, and the line goes to its other side
             across = self._other_side(face, weights, vector)
             if across is None:

@@ -6,6 +6,7 @@ from math import pi
 import numpy as np
 
 from geomhw.arrays import Floats
+from geomhw.errors import ArgumentError, FieldError
 from geomhw.geodesic.unfolded_faces import Surface, angle, ends, next_corner
 
 
@@ -30,6 +31,13 @@ class VertexFan:
     def scale(self) -> float:
         """Degrees of the tangent plane per radian of the faces: closed fans are scaled to a full turn."""
         return 360 / self.total if self.closed else 180 / pi
+
+    def require_angles(self) -> None:
+        """Raise FieldError if all faces have zero area, and ArgumentError if the vertex is not manifold."""
+        if self.total == 0:
+            raise FieldError(f"the faces at vertex {self.vertex} have zero area, so no directions")
+        if not self.complete:
+            raise ArgumentError(f"vertex {self.vertex} is not manifold, so directions there have no angles")
 
     def direction(self, surface: Surface, degrees: float) -> tuple[int, Floats] | None:
         """Return the face and the unit vector, (3,), in it at an angle; None if the angle is outside of an open fan."""
@@ -59,7 +67,7 @@ class VertexFan:
         one = sum(ends(surface, self.sides[k])) - v
         (other,) = set(names) - {v, one}
         along, across = surface.points[one] - surface.points[v], surface.points[other] - surface.points[v]
-        along = along / np.linalg.norm(along)
+        along = along / max(np.linalg.norm(along), np.finfo(float).tiny)
         across = across - (across @ along) * along
         across = across / max(np.linalg.norm(across), np.finfo(float).tiny)
         return np.asarray(np.cos(inner) * along + np.sin(inner) * across)
@@ -100,6 +108,4 @@ def vertex_fan(surface: Surface, v: int) -> VertexFan:
         corners.insert(0, corner)
         sides.insert(0, side)
         begins.insert(0, start)
-    return VertexFan(
-        v, corners, sides, begins, total - start, closed, manifold and len(corners) == count and total > start
-    )
+    return VertexFan(v, corners, sides, begins, total - start, closed, manifold and len(corners) == count)

@@ -72,8 +72,7 @@ class LogarithmicMap:
             self._solver = self._solver or ExactDistance(self.mesh)
             solver, v, turn = self._solver, int(source.vertices[0]), 0.0
             fan = vertex_fan(solver.surface, v)
-        if not fan.complete:
-            raise ArgumentError(f"vertex {v} is not manifold, so directions there have no angles")
+        fan.require_angles()
         arrivals = solver.arrivals(vertex_points(solver.mesh, [v]), limit=radius)
         n = self.mesh.n_vertices
         angles = turn + np.radians(fan.scale) * start_directions(solver, arrivals, fan)[:n]

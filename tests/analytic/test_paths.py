@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from geomhw.errors import FieldError
 from geomhw.geodesic import ShortestPaths, StraightestGeodesics
 from geomhw.mesh import TriangleMesh, cylinder_band, grid, icosphere
 from geomhw.mesh.surface_points import concatenate, face_point, nearest_point, vertex_points
@@ -139,3 +140,12 @@ def test_great_circles() -> None:
         h.append(mesh.mean_edge_length)
     assert fitted_rate(h, errors) > 1.3
     assert errors[-1] < 0.012
+
+
+def test_zero_area() -> None:
+    """Lines do not start into faces of zero area."""
+    mesh = TriangleMesh([[0, 0, 0], [1, 0, 0], [2, 0, 0], [0, 1, 0]], [[0, 1, 2], [0, 1, 3]])
+    lines = StraightestGeodesics(mesh)
+    for start in (face_point(mesh, 0), vertex_points(mesh, [2])):
+        with pytest.raises(FieldError, match="zero area"):
+            lines.trace_angle(start, 0, 1.0)
