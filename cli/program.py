@@ -114,7 +114,22 @@ def program() -> None:
     """
 
 
-for command in (advect, compare, fluid, geodesic, helmholtz, info, logmap, operators, path, repair, spectrum, trace, vecdiffuse, view):
+for command in (
+    advect,
+    compare,
+    fluid,
+    geodesic,
+    helmholtz,
+    info,
+    logmap,
+    operators,
+    path,
+    repair,
+    spectrum,
+    trace,
+    vecdiffuse,
+    view,
+):
     program.add_command(command)
 
 
