@@ -11,7 +11,7 @@ from geomhw_cli.options import CURVE_FILES, INPUT, OptionGroup, command, flag, o
 from geomhw_cli.runtime.curves import CURVE_EXTENSIONS, curve_line, curve_report, write_curves
 from geomhw_cli.runtime.job import Job
 from geomhw_cli.specs.curves import read_curves
-from geomhw_cli.specs.sources import MAX_IN_LINE, SourceSpecs, source_pairs
+from geomhw_cli.specs.sources import MAX_IN_LINE, MAX_REPORTED, SourceSpecs, source_pairs
 
 if TYPE_CHECKING:
     from geomhw.geodesic.surface_path import SurfacePath
@@ -85,7 +85,8 @@ def path(
     job = Job.plan("path", mesh_path, **files, **report, extensions=CURVE_EXTENSIONS)
     mesh = job.read()
     with job.stage("compute"):
-        solver = ShortestPaths(mesh)
+        few = len(read) <= MAX_REPORTED and (not ends.specs or len(ends.resolve(mesh)) <= MAX_REPORTED)
+        solver = ShortestPaths(mesh, ties=few)
         curves = read_curves(straighten, mesh) if straighten else []
         loops = [loop or _is_closed(mesh, points) for points in curves]
         if straighten:
@@ -105,10 +106,18 @@ def path(
         write_curves,
     )
     reports = [
-        {**curve_report(path), **({"loop": closed, "contractible": closed and len(path.faces) == 1} if curves else {})}
+        {
+            **curve_report(path),
+            "tied": path.tied if few and not curves else None,
+            **({"loop": closed, "contractible": closed and len(path.faces) == 1} if curves else {}),
+        }
         for path, closed in zip(found, loops or [loop] * len(found), strict=True)
     ]
     lines = [f"path: {curve_line(item)}" for item in reports[:MAX_IN_LINE]]
+    if tied := sum(path.tied for path in found):
+        lines.append(
+            f"note: {counted(tied, 'path')} of several that are equally short; the other end is on the cut locus"
+        )
     if shrunk := sum(closed and len(path.faces) == 1 for closed, path in zip(loops, found, strict=False)):
         lines.append(f"note: {counted(shrunk, 'loop')} shrunk to a point: it bounds a disk")
     if len(found) > MAX_IN_LINE:

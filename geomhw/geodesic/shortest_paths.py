@@ -3,10 +3,13 @@
 Mitchell, Mount, Papadimitriou: The Discrete Geodesic Problem. SIAM J. Comput. 16(4), 1987.
 """
 
+from dataclasses import replace
+
 import numpy as np
 
 from geomhw.arrays import Ints
 from geomhw.errors import FieldError
+from geomhw.geodesic.cut_locus import is_tied
 from geomhw.geodesic.exact import Arrivals, ExactDistance
 from geomhw.geodesic.straight_lines import CROSSING, line_to_origin
 from geomhw.geodesic.strips import Strip, straightened
@@ -29,6 +32,7 @@ class ShortestPaths:
     Parameters
     ----------
     mesh : any triangle mesh. Paths pass as those of `ExactDistance`.
+    ties : whether to look for other shortest paths to the same end, which takes several times as long.
 
     Raises
     ------
@@ -44,8 +48,8 @@ class ShortestPaths:
     [[1.0, 0.0, 0.0], [0.5, 0.5, 0.0], [0.0, 1.0, 0.0]]
     """
 
-    def __init__(self, mesh: TriangleMesh) -> None:
-        self.mesh = mesh
+    def __init__(self, mesh: TriangleMesh, ties: bool = False) -> None:
+        self.mesh, self.ties = mesh, ties
         self._solver: ExactDistance | None = None
 
     def to_nearest(self, sources: SurfacePoints, targets: SurfacePoints) -> list[SurfacePath]:
@@ -98,7 +102,7 @@ class _Points:
     """Points as vertices of a mesh, which is another one if some lie within faces."""
 
     def __init__(self, paths: ShortestPaths, points: SurfacePoints) -> None:
-        self._mesh = paths.mesh
+        self._mesh, self._ties = paths.mesh, paths.ties
         self._inserted: InsertedPoints | None = None
         if len(points.within_faces):
             self._inserted = insert_points(paths.mesh, points)
@@ -114,22 +118,25 @@ class _Points:
         """Trace the path to a vertex back to its source."""
         if np.isinf(arrivals.distance[v]):
             raise FieldError(f"no path leads to {name}: it lies on another component than the sources")
-        path = traced_path(self._solver, arrivals, v)
+        path = traced_path(self._solver, arrivals, v, self._ties)
         return on_original(self._mesh, self._inserted, path) if self._inserted else path
 
 
-def traced_path(solver: ExactDistance, arrivals: Arrivals, v: int) -> SurfacePath:
-    """Return the shortest path to a vertex, from its source on."""
-    lines: list[Strip] = []
+def traced_path(solver: ExactDistance, arrivals: Arrivals, v: int, ties: bool = False) -> SurfacePath:
+    """Return the shortest path to a vertex, from its source on; ties: whether to look for another one."""
+    surface, parts = solver.surface, list[SurfacePath]()
     if arrivals.distance[v] == 0:
-        corner = int(solver.surface.corners[solver.surface.starts[v]])
+        corner = int(surface.corners[surface.starts[v]])
         return SurfacePath(solver.mesh, np.array([corner // 3]), np.eye(3)[[corner % 3]])
     while arrivals.distance[v] > 0:
-        found = _traced(solver.surface, arrivals, v) or _beside(solver.surface, arrivals, v, (v,))
+        found = _traced(surface, arrivals, v) or _beside(surface, arrivals, v, (v,))
         assert found, f"the straight line to vertex {v} is lost"
-        strip, v = found
-        lines.append(strip)
-    return joined([path_in_strip(solver.mesh, *straightened(solver.surface, strip)) for strip in lines[::-1]])
+        strip, origin = found
+        line = straightened(surface, strip)
+        tied = ties and not parts and is_tied(surface, arrivals, v, line, origin, _traced)
+        parts.append(replace(path_in_strip(solver.mesh, *line), tied=tied))
+        v = origin
+    return joined(parts[::-1])
 
 
 def _traced(surface: Surface, arrivals: Arrivals, v: int) -> tuple[Strip, int] | None:

@@ -142,7 +142,7 @@ class StraightestGeodesics:
         if begin is None:  # the point is on an edge, and the line goes to its other side
             across = self._other_side(face, weights, vector)
             if across is None:
-                return SurfacePath(self.mesh, np.array([face]), weights[None], "boundary")
+                return SurfacePath(self.mesh, np.array([face]), weights[None], stop="boundary")
             return self._line(*across, length)
         side, place, along, distance = begin
         while True:
@@ -150,7 +150,7 @@ class StraightestGeodesics:
             points[0] = weights
             count, reason = walk(surface, side, place, along, distance, length, faces, points)
             if reason != FULL:
-                return SurfacePath(self.mesh, faces[:count], points[:count], REASONS[reason])
+                return SurfacePath(self.mesh, faces[:count], points[:count], stop=REASONS[reason])
             if room > MOST_CROSSINGS:
                 raise FieldError(f"the line crosses more than {MOST_CROSSINGS} edges; give a shorter length")
             room *= 4

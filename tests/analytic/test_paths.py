@@ -149,3 +149,19 @@ def test_zero_area() -> None:
     for start in (face_point(mesh, 0), vertex_points(mesh, [2])):
         with pytest.raises(FieldError, match="zero area"):
             lines.trace_angle(start, 0, 1.0)
+
+
+def test_ties() -> None:
+    """Opposite corners and centers of a cube, and opposite points of a cylinder, have several shortest paths."""
+    paths = ShortestPaths(mesh := cube(), ties=True)
+    bottom = nearest_point(mesh, [0.5, 0.5, 0])
+    for start, end, tied in [
+        (vertex_points(mesh, [0]), vertex_points(mesh, [7]), True),
+        (vertex_points(mesh, [0]), vertex_points(mesh, [1]), False),
+        (bottom, nearest_point(mesh, [0.5, 0.5, 1]), True),
+        (bottom, nearest_point(mesh, [0.52, 0.57, 1]), False),
+    ]:
+        assert paths.between(start, end)[0].tied is tied
+    paths = ShortestPaths(mesh := cylinder_band(24, 8, height=2.0), ties=True)
+    ends = vertex_points(mesh, 24 * 5 + np.array([11, 12, 13]))
+    assert [path.tied for path in paths.to_nearest(vertex_points(mesh, [0]), ends)] == [False, True, False]

@@ -195,3 +195,11 @@ def test_straighten() -> None:
     (table,) = ["x,y\n0,1\n"]
     Path("bad.csv").write_text(table)
     one_line(run("path", "torus.off", "--straighten", "bad.csv", "-o", "g.vtp"), "bad.csv", "b0")
+
+
+def test_ties() -> None:
+    """The report says which paths have others as short."""
+    save_off(torus(24, 12), "torus.off")
+    answer = run("path", "torus.off", "--from", "0", "--to", "12,29", "-o", "p.vtp", "--json")
+    assert [item["tied"] for item in json.loads(answer.stdout)["paths"]] == [True, False]
+    assert "1 path of several" in json.loads(answer.stdout)["remarks"][0]
