@@ -178,6 +178,13 @@ def command(
     return click.command(cls=Command, groups=groups, params=params)
 
 
+def points_option(names: str, help: str) -> click.Option:
+    """An option for points on the mesh, written as sources."""
+    parse = SourceSpecs.parse
+    help = f"{help} Written as in --source of geodesic: 12, face:17:0.2,0.3,0.5, near:X,Y,Z, max-y, @FILE and so on."
+    return option(names, "SPEC", str, help, multiple=True, callback=lambda _context, _option, texts: parse(texts))
+
+
 def is_given(parameter: str) -> bool:
     """Whether the command line sets this parameter of the current command."""
     return click.get_current_context().get_parameter_source(parameter) is ParameterSource.COMMANDLINE

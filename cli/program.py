@@ -17,12 +17,14 @@ from geomhw_cli.fluid import fluid
 from geomhw_cli.geodesic import geodesic
 from geomhw_cli.helmholtz import helmholtz
 from geomhw_cli.info import info
+from geomhw_cli.logmap import logmap
 from geomhw_cli.operators import operators
 from geomhw_cli.path import path
 from geomhw_cli.repair import repair
 from geomhw_cli.runtime import interrupts
 from geomhw_cli.runtime.pictures import keep_command_line
 from geomhw_cli.spectrum import spectrum
+from geomhw_cli.trace import trace
 from geomhw_cli.vecdiffuse import vecdiffuse
 from geomhw_cli.view import view
 
@@ -112,7 +114,22 @@ def program() -> None:
     """
 
 
-for command in (advect, compare, fluid, geodesic, helmholtz, info, operators, path, repair, spectrum, vecdiffuse, view):
+for command in (
+    advect,
+    compare,
+    fluid,
+    geodesic,
+    helmholtz,
+    info,
+    logmap,
+    operators,
+    path,
+    repair,
+    spectrum,
+    trace,
+    vecdiffuse,
+    view,
+):
     program.add_command(command)
 
 

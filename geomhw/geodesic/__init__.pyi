@@ -8,5 +8,8 @@ from .heat_method import HeatDistance as HeatDistance
 from .heat_method import heat_distance as heat_distance
 from .heat_step import HeatStep as HeatStep
 from .shortest_paths import ShortestPaths as ShortestPaths
+from .straightening import curve_through as curve_through
+from .straightening import straighten as straighten
+from .straightest import StraightestGeodesics as StraightestGeodesics
 from .surface_path import SurfacePath as SurfacePath
 from .surface_path import polylines as polylines

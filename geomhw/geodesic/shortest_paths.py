@@ -3,15 +3,18 @@
 Mitchell, Mount, Papadimitriou: The Discrete Geodesic Problem. SIAM J. Comput. 16(4), 1987.
 """
 
+from dataclasses import replace
+
 import numpy as np
 
 from geomhw.arrays import Ints
 from geomhw.errors import FieldError
+from geomhw.geodesic.cut_locus import is_tied
 from geomhw.geodesic.exact import Arrivals, ExactDistance
 from geomhw.geodesic.straight_lines import CROSSING, line_to_origin
 from geomhw.geodesic.strips import Strip, straightened
 from geomhw.geodesic.surface_path import SurfacePath, joined, on_original, path_in_strip
-from geomhw.geodesic.unfolded_faces import triangle
+from geomhw.geodesic.unfolded_faces import Surface, triangle
 from geomhw.mesh.inserted_points import InsertedPoints, insert_points
 from geomhw.mesh.surface_points import SurfacePoints, concatenate, vertex_points
 from geomhw.mesh.triangle_mesh import TriangleMesh
@@ -29,6 +32,7 @@ class ShortestPaths:
     Parameters
     ----------
     mesh : any triangle mesh. Paths pass as those of `ExactDistance`.
+    ties : whether to look for other shortest paths to the same end, which takes several times as long.
 
     Raises
     ------
@@ -40,12 +44,12 @@ class ShortestPaths:
     >>> from geomhw.mesh import TriangleMesh, vertex_points
     >>> square = TriangleMesh([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
     >>> (path,) = ShortestPaths(square).between(vertex_points(square, [1]), vertex_points(square, [3]))
-    >>> path.positions.tolist()
+    >>> path.positions.round(6).tolist()
     [[1.0, 0.0, 0.0], [0.5, 0.5, 0.0], [0.0, 1.0, 0.0]]
     """
 
-    def __init__(self, mesh: TriangleMesh) -> None:
-        self.mesh = mesh
+    def __init__(self, mesh: TriangleMesh, ties: bool = False) -> None:
+        self.mesh, self.ties = mesh, ties
         self._solver: ExactDistance | None = None
 
     def to_nearest(self, sources: SurfacePoints, targets: SurfacePoints) -> list[SurfacePath]:
@@ -56,22 +60,22 @@ class ShortestPaths:
         FieldError
             If no path leads to a target, or a point lies inside a face of zero area.
         """
-        lines = _Lines(self, concatenate([sources, targets]))
-        ends = lines.vertices[len(sources) :]
-        arrivals = lines.arrivals(lines.vertices[: len(sources)], ends)
-        return [lines.path(arrivals, v, targets.name(i)) for i, v in enumerate(ends.tolist())]
+        points = _Points(self, concatenate([sources, targets]))
+        ends = points.vertices[len(sources) :]
+        arrivals = points.arrivals(points.vertices[: len(sources)], ends)
+        return [points.path(arrivals, v, targets.name(i)) for i, v in enumerate(ends.tolist())]
 
     def between(self, sources: SurfacePoints, targets: SurfacePoints) -> list[SurfacePath]:
         """Return the shortest path from each source to the target of the same index; raises as `to_nearest`."""
         if len(sources) != len(targets):
             raise FieldError(f"pairs need as many targets as sources, not {len(targets)} for {len(sources)}")
-        lines = _Lines(self, concatenate([sources, targets]))
-        starts, ends = lines.vertices[: len(sources)], lines.vertices[len(sources) :]
+        points = _Points(self, concatenate([sources, targets]))
+        starts, ends = points.vertices[: len(sources)], points.vertices[len(sources) :]
         paths: dict[int, SurfacePath] = {}
         for source in np.unique(starts):
             (group,) = np.nonzero(starts == source)
-            arrivals = lines.arrivals(np.array([source]), ends[group])
-            paths |= {i: lines.path(arrivals, int(ends[i]), targets.name(i)) for i in group.tolist()}
+            arrivals = points.arrivals(np.array([source]), ends[group])
+            paths |= {i: points.path(arrivals, int(ends[i]), targets.name(i)) for i in group.tolist()}
         return [paths[i] for i in range(len(sources))]
 
     def through(self, stops: SurfacePoints, closed: bool = False) -> SurfacePath:
@@ -94,11 +98,11 @@ class ShortestPaths:
         return self._solver
 
 
-class _Lines:
-    """Straight lines of shortest paths on a mesh with some points as vertices."""
+class _Points:
+    """Points as vertices of a mesh, which is another one if some lie within faces."""
 
     def __init__(self, paths: ShortestPaths, points: SurfacePoints) -> None:
-        self._mesh = paths.mesh
+        self._mesh, self._ties = paths.mesh, paths.ties
         self._inserted: InsertedPoints | None = None
         if len(points.within_faces):
             self._inserted = insert_points(paths.mesh, points)
@@ -114,67 +118,69 @@ class _Lines:
         """Trace the path to a vertex back to its source."""
         if np.isinf(arrivals.distance[v]):
             raise FieldError(f"no path leads to {name}: it lies on another component than the sources")
-        lines: list[Strip] = []
-        target = v
-        while arrivals.distance[v] > 0:
-            strip, v = self._last_line(arrivals, v)
-            lines.append(strip)
-        mesh, surface = self._solver.mesh, self._solver.surface
-        if not lines:
-            (corner, *_) = surface.corners[surface.starts[target] :]
-            path = path_in_strip(mesh, *straightened(surface, Strip.between(surface, corner // 3, [], [], v, v)))
-            path = SurfacePath(mesh, path.faces[:1], path.weights[:1])
-        else:
-            path = joined([path_in_strip(mesh, *straightened(surface, strip)) for strip in lines[::-1]])
+        path = traced_path(self._solver, arrivals, v, self._ties)
         return on_original(self._mesh, self._inserted, path) if self._inserted else path
 
-    def _last_line(self, arrivals: Arrivals, v: int) -> tuple[Strip, int]:
-        """Return the strip of the last straight line of the path to v, and the vertex at which it starts."""
-        found = self._traced(arrivals, v) or self._beside(arrivals, v, (v,))
+
+def traced_path(solver: ExactDistance, arrivals: Arrivals, v: int, ties: bool = False) -> SurfacePath:
+    """Return the shortest path to a vertex, from its source on; ties: whether to look for another one."""
+    surface, parts = solver.surface, list[SurfacePath]()
+    if arrivals.distance[v] == 0:
+        corner = int(surface.corners[surface.starts[v]])
+        return SurfacePath(solver.mesh, np.array([corner // 3]), np.eye(3)[[corner % 3]])
+    while arrivals.distance[v] > 0:
+        found = _traced(surface, arrivals, v) or _beside(surface, arrivals, v, (v,))
         assert found, f"the straight line to vertex {v} is lost"
-        return found
+        strip, origin = found
+        line = straightened(surface, strip)
+        tied = ties and not parts and is_tied(surface, arrivals, v, line, origin, _traced)
+        parts.append(replace(path_in_strip(solver.mesh, *line), tied=tied))
+        v = origin
+    return joined(parts[::-1])
 
-    def _traced(self, arrivals: Arrivals, v: int) -> tuple[Strip, int] | None:
-        """Return the last straight line to v by tracing it back; None if rounding loses it."""
-        surface, h, t, d = self._solver.surface, int(arrivals.halfedge[v]), arrivals.entry[v], arrivals.distance
-        origin = int(arrivals.origin[v])
-        if h < 0:
-            return self._edge(origin, v), origin
-        face = triangle(surface, h)
-        for end, place, length in ((face.low, 0.0, face.left), (face.high, face.base, face.right)):
-            # A line that arrives over the end of an edge comes along another edge, from that vertex.
-            if abs(t - place) <= EQUAL * face.base and d[end] + length <= d[v] * (1 + EQUAL):
-                return self._edge(end, v), end
-        line = np.empty(256, dtype=CROSSING)
-        while (count := line_to_origin(surface, h, t, origin, d[v] - d[origin], line)) < 0:
-            line = np.empty(4 * len(line), dtype=CROSSING)
-        if not count:
-            return None
-        leave, enter = line["enter"][count - 1 :: -1].tolist(), line["leave"][count - 1 :: -1].tolist()
-        return Strip.between(surface, leave[0] // 3, leave, enter, origin, v), origin
 
-    def _beside(self, arrivals: Arrivals, v: int, tried: tuple[int, ...]) -> tuple[Strip, int] | None:
-        """Return the last straight lines to v by straightening the path to a neighbor and along the edge from there."""
-        surface, d = self._solver.surface, arrivals.distance
-        corners = surface.corners[surface.starts[v] : surface.starts[v + 1]]
-        around = np.setdiff1d(surface.faces[corners // 3], tried)
-        through = d[around] + np.linalg.norm(surface.points[around] - surface.points[v], axis=1)
-        for k in np.argsort(through, kind="stable"):
-            u = int(around[k])
-            if through[k] <= d[v] * (1 + EQUAL):
-                return self._edge(u, v), u
-            if found := self._traced(arrivals, u) or (len(tried) < 3 and self._beside(arrivals, u, (*tried, u))):
-                strip, origin = found
-                for face in (corners // 3).tolist():
-                    if u in surface.faces[face] and (longer := strip.extended(surface, u, face, v)):
-                        longer, path = straightened(surface, longer)
-                        if d[origin] + path.length <= d[v] * (1 + EQUAL):
-                            return longer, origin
+def _traced(surface: Surface, arrivals: Arrivals, v: int) -> tuple[Strip, int] | None:
+    """Return the last straight line to v by tracing it back; None if rounding loses it."""
+    h, t, d = int(arrivals.halfedge[v]), arrivals.entry[v], arrivals.distance
+    origin = int(arrivals.origin[v])
+    if h < 0:
+        return _edge(surface, origin, v), origin
+    face = triangle(surface, h)
+    for end, place, length in ((face.low, 0.0, face.left), (face.high, face.base, face.right)):
+        # A line that arrives over the end of an edge comes along another edge, from that vertex.
+        if abs(t - place) <= EQUAL * face.base and d[end] + length <= d[v] * (1 + EQUAL):
+            return _edge(surface, end, v), end
+    line = np.empty(256, dtype=CROSSING)
+    while (count := line_to_origin(surface, h, t, origin, d[v] - d[origin], line)) < 0:
+        line = np.empty(4 * len(line), dtype=CROSSING)
+    if not count:
         return None
+    leave, enter = line["enter"][count - 1 :: -1].tolist(), line["leave"][count - 1 :: -1].tolist()
+    return Strip.between(surface, leave[0] // 3, leave, enter, origin, v), origin
 
-    def _edge(self, u: int, v: int) -> Strip:
-        """Return the strip of an edge."""
-        surface = self._solver.surface
-        corners = surface.corners[surface.starts[v] : surface.starts[v + 1]]
-        face = next(f for f in (corners // 3).tolist() if u in surface.faces[f])
-        return Strip.between(surface, face, [], [], u, v)
+
+def _beside(surface: Surface, arrivals: Arrivals, v: int, tried: tuple[int, ...]) -> tuple[Strip, int] | None:
+    """Return the last straight lines to v by straightening the path to a neighbor and along the edge from there."""
+    d = arrivals.distance
+    corners = surface.corners[surface.starts[v] : surface.starts[v + 1]]
+    around = np.setdiff1d(surface.faces[corners // 3], tried)
+    through = d[around] + np.linalg.norm(surface.points[around] - surface.points[v], axis=1)
+    for k in np.argsort(through, kind="stable"):
+        u = int(around[k])
+        if through[k] <= d[v] * (1 + EQUAL):
+            return _edge(surface, u, v), u
+        if found := _traced(surface, arrivals, u) or (len(tried) < 3 and _beside(surface, arrivals, u, (*tried, u))):
+            strip, origin = found
+            for face in (corners // 3).tolist():
+                if u in surface.faces[face] and (longer := strip.extended(surface, u, face, v)):
+                    longer, path = straightened(surface, longer)
+                    if d[origin] + path.length <= d[v] * (1 + EQUAL):
+                        return longer, origin
+    return None
+
+
+def _edge(surface: Surface, u: int, v: int) -> Strip:
+    """Return the strip of an edge."""
+    corners = surface.corners[surface.starts[v] : surface.starts[v + 1]]
+    face = next(f for f in (corners // 3).tolist() if u in surface.faces[f])
+    return Strip.between(surface, face, [], [], u, v)

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from geomhw.compiled import compiled_in_place
-from geomhw.geodesic.unfolded_faces import Surface, triangle
+from geomhw.geodesic.unfolded_faces import Surface, Triangle, triangle
 
 #: A line may pass a vertex on either side if it is nearer, as a share of the length of the line.
 AMBIGUOUS = 1e-8
@@ -25,19 +25,17 @@ CROSSING = np.dtype(
 
 
 @compiled_in_place
-def apex_side(surface: Surface, h: int, t: float, c: float, s: float) -> float:
-    """Distance of the apex of the face of h from a line into the face; positive if the apex is on its left."""
-    face = triangle(surface, h)
+def apex_side(face: Triangle, t: float, c: float, s: float) -> float:
+    """Distance of the apex of a face from a line into it; positive if the apex is on its left."""
     return c * face.left * face.sin_low - s * (face.left * face.cos_low - t)
 
 
 @compiled_in_place
-def cross_face(surface: Surface, h: int, t: float, c: float, s: float, over_high: bool) -> Any:
-    """Extend a line across the face of h, over the side at the higher or the lower end of h.
+def cross_face(face: Triangle, t: float, c: float, s: float, over_high: bool) -> Any:
+    """Extend a line across a face, over the side at the higher or the lower end of its base.
 
     Return the halfedge of that side, the place on it, the direction behind it, and the length in the face.
     """
-    face = triangle(surface, h)
     if over_high:
         side, end, start, length, ex, ey = face.at_high, face.high, face.base, face.right, -face.cos_high, face.sin_high
     else:
@@ -54,9 +52,8 @@ def cross_face(surface: Surface, h: int, t: float, c: float, s: float, over_high
 
 
 @compiled_in_place
-def distance_to_corner(surface: Surface, h: int, t: float, v: int) -> float:
-    """Distance from the place t on halfedge h to a corner v of its face; -1 if v is no corner."""
-    face = triangle(surface, h)
+def distance_to_corner(face: Triangle, t: float, v: int) -> float:
+    """Distance from the place t on the base of a face to a corner v; -1 if v is no corner."""
     if v == face.low:
         return t
     if v == face.high:
@@ -93,15 +90,16 @@ def line_to_origin(surface: Surface, h: int, t: float, origin: int, length: floa
         for _ in range(w.choice // 2):
             g = np.int64(surface.across[g])
         w.enter = g
-        rest = distance_to_corner(surface, g, w.place, origin)
+        face = triangle(surface, g)
+        rest = distance_to_corner(face, w.place, origin)
         if rest >= 0 and abs(rest - w.left) <= slack:
             return k + 1
-        apex = apex_side(surface, g, w.place, w.along, w.into)
+        apex = apex_side(face, w.place, w.along, w.into)
         other = w.choice % 2 == 1
         if other and abs(apex) > slack:
             w.choice += 1
             continue
-        side, place, along, into, walked = cross_face(surface, g, w.place, w.along, w.into, (apex > 0) != other)
+        side, place, along, into, walked = cross_face(face, w.place, w.along, w.into, (apex > 0) != other)
         if w.left - walked < -slack or surface.sides[side] < 2:
             w.choice += 1
             continue

@@ -19,6 +19,8 @@ from geomhw.geodesic.unfolded_faces import Surface, angle, ends
 
 #: The path moves to the other side of a vertex if the angle there is smaller than π by more, in radians.
 STRAIGHT = 1e-9
+#: Points of a path nearer to a vertex, as a share of an edge there, give no direction.
+SAME_POINT = 1e-12
 
 
 @dataclass
@@ -43,21 +45,11 @@ class Strip:
 
     def extended(self, surface: Surface, u: int, face: int, v: int) -> "Strip | None":
         """Return a strip that ends at a vertex u, extended round u to a face and to its vertex v; None if it cannot."""
-        reached, waiting = {self.last: (list[int](), list[int]())}, [self.last]
-        while waiting and face not in reached:
-            f = waiting.pop(0)
-            for side in range(3 * f, 3 * f + 3):
-                g = int(surface.across[side])
-                while u in ends(surface, side) and g != side:
-                    if g // 3 not in reached:
-                        reached[g // 3] = [*reached[f][0], side], [*reached[f][1], g]
-                        waiting.append(g // 3)
-                    g = int(surface.across[g])
-        if face not in reached:
+        fan = fan_between(surface, u, self.last, face)
+        if fan is None:
             return None
-        leave, enter = reached[face]
         end = (surface.faces[face] == v).astype(float)
-        return Strip(self.first, [*self.leave, *leave], [*self.enter, *enter], self.start, end)
+        return Strip(self.first, self.leave + fan[0], self.enter + fan[1], self.start, end)
 
     @property
     def last(self) -> int:
@@ -126,6 +118,21 @@ def shortened_ends(surface: Surface, strip: Strip) -> Strip:
     return Strip(first, leave, enter, start, end)
 
 
+def fan_between(surface: Surface, v: int, face: int, other: int) -> tuple[list[int], list[int]] | None:
+    """Return the fewest edges at a vertex that lead from one of its faces to another; None if they do not meet."""
+    reached, waiting = {face: (list[int](), list[int]())}, [face]
+    while waiting and other not in reached:
+        f = waiting.pop(0)
+        for side in range(3 * f, 3 * f + 3):
+            g = int(surface.across[side])
+            while v in ends(surface, side) and g != side:
+                if g // 3 not in reached:
+                    reached[g // 3] = [*reached[f][0], side], [*reached[f][1], g]
+                    waiting.append(g // 3)
+                g = int(surface.across[g])
+    return reached.get(other)
+
+
 def _in_face(surface: Surface, weights: Floats, face: int, other: int) -> Floats:
     """Return the barycentric coordinates, in another face, of a point on an edge of both."""
     moved = np.zeros(3)
@@ -138,14 +145,13 @@ def _in_face(surface: Surface, weights: Floats, face: int, other: int) -> Floats
 def rerouted(surface: Surface, strip: Strip, found: Crossings) -> Strip | None:
     """Return the strip on the other side of the vertices where that shortens the path, or None if there are none."""
     leave, enter, changed = list(strip.leave), list(strip.enter), False
-    b = len(leave) - 1
+    x, b = positions(surface, strip, found), len(leave) - 1
     while b >= 0:
         w, a = int(found.bends[b]), b
         while w >= 0 and a > 0 and found.bends[a - 1] == w:
             a -= 1
         if w >= 0:
-            before = point_of(surface, strip, found, a - 1)
-            after = point_of(surface, strip, found, b + 1)
+            before, after = x[a], x[b + 2]
             if (fan := _outer_fan(surface, w, strip.leave[a], strip.enter[b], before, after)) is not None:
                 leave[a : b + 1], enter[a : b + 1] = fan
                 changed = True
@@ -153,14 +159,14 @@ def rerouted(surface: Surface, strip: Strip, found: Crossings) -> Strip | None:
     return Strip(strip.first, leave, enter, strip.start, strip.end) if changed else None
 
 
-def point_of(surface: Surface, strip: Strip, found: Crossings, i: int) -> Floats:
-    """Return the position, (3,), of the crossing of edge i; of the start for -1, of the end after the last edge."""
-    if i < 0:
-        return strip.start @ surface.points[surface.faces[strip.first]]
-    if i == len(strip.leave):
-        return strip.end @ surface.points[surface.faces[strip.last]]
-    low, high = ends(surface, strip.leave[i])
-    return (1 - found.shares[i]) * surface.points[low] + found.shares[i] * surface.points[high]
+def positions(surface: Surface, strip: Strip, found: Crossings) -> Floats:
+    """Return the positions of the start, the crossings and the end of a path in a strip, (k + 2, 3)."""
+    sides, points = np.array(strip.leave, dtype=np.int64), surface.points
+    corners = np.sort([surface.faces[sides // 3, (sides % 3 + k) % 3] for k in (1, 2)], axis=0)
+    shares = found.shares[:, None]
+    inner = (1 - shares) * points[corners[0]] + shares * points[corners[1]]
+    start, end = strip.start @ points[surface.faces[strip.first]], strip.end @ points[surface.faces[strip.last]]
+    return np.concatenate([[start], inner, [end]])
 
 
 def _outer_fan(
@@ -209,5 +215,7 @@ def _far_end(surface: Surface, w: int, side: int) -> Floats:
 
 
 def _angle(a: Floats, b: Floats) -> float:
-    """Return the angle between two vectors."""
+    """Return the angle between two vectors; 0, so that the other side is tried, if the first is zero up to rounding."""
+    if a @ a <= SAME_POINT**2 * (b @ b):
+        return 0.0
     return atan2(float(np.linalg.norm(np.cross(a, b))), float(a @ b))

@@ -25,11 +25,18 @@ class SurfacePath:
         The face of the segment that follows each point; of the last point, the face of the last segment.
     weights : (k, 3) array
         Barycentric coordinates of the points in these faces.
+    tied : bool
+        Whether another shortest path comes to the end from another direction, so that the end lies on the cut locus of
+        the sources, as far as `ShortestPaths` looked for it.
+    stop : {"", "boundary", "non-manifold edge"}
+        Where a traced line ends before its length.
     """
 
     mesh: TriangleMesh
     faces: Ints
     weights: Floats
+    tied: bool = False
+    stop: str = ""
 
     def __repr__(self) -> str:
         return f"SurfacePath of {len(self.faces)} points, length {self.length:.6g}"
@@ -91,7 +98,7 @@ def joined(paths: Sequence[SurfacePath]) -> SurfacePath:
     kept = [slice(0, -1)] * (len(paths) - 1) + [slice(None)]
     faces = np.concatenate([path.faces[part] for path, part in zip(paths, kept, strict=True)])
     weights = np.concatenate([path.weights[part] for path, part in zip(paths, kept, strict=True)])
-    return SurfacePath(paths[0].mesh, faces, weights)
+    return SurfacePath(paths[0].mesh, faces, weights, any(path.tied for path in paths))
 
 
 def path_in_strip(mesh: TriangleMesh, strip: Strip, found: Crossings) -> SurfacePath:
@@ -115,4 +122,4 @@ def on_original(mesh: TriangleMesh, inserted: InsertedPoints, path: SurfacePath)
     weights = np.einsum("kc,kcx->kx", path.weights, inserted.corners[path.faces])
     kept = (weights == 0).any(axis=1)
     kept[[0, -1]] = True
-    return SurfacePath(mesh, inserted.parents[path.faces[kept]], weights[kept])
+    return SurfacePath(mesh, inserted.parents[path.faces[kept]], weights[kept], path.tied)

@@ -101,8 +101,8 @@ class Stage:
         if clipped and self._depths is None:
             self._window.pixels()
             self._depths = self._window.nearest()
-        for line in curves:
-            segments = self.view.project(line.segments) / self.unit + np.array([0, 0, LIFT])
+        for number, line in enumerate(curves):  # later ones lie over earlier ones
+            segments = self.view.project(line.segments) / self.unit + np.array([0, 0, (1 + number) * LIFT])
             self._add_lines(segments, line.color, line.width)
         for item in arrows:
             self._add_arrows(item)

@@ -1,3 +1,4 @@
+from .log_map import LogarithmicMap as LogarithmicMap
 from .source_vectors import source_frames as source_frames
 from .vector_heat import (
     VectorHeat as VectorHeat,

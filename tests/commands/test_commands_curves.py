@@ -1,4 +1,4 @@
-"""``path``: outputs, reports and pictures."""
+"""``path`` and ``trace``: outputs, reports and pictures."""
 
 import json
 from pathlib import Path
@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from geomhw.geodesic import ExactDistance
-from geomhw.io import read_csv
+from geomhw.io import read, read_csv
 from geomhw.io.reading import read_cloud
-from geomhw.mesh.primitives import torus
+from geomhw.mesh.primitives import grid, torus
 from support.meshes import crumpled, two_spheres
 from support.messages import missing
 from support.program import one_line, run, save_off
@@ -108,3 +108,98 @@ def test_face_of_zero_area() -> None:
     """A point inside a face of zero area is refused."""
     Path("flat.off").write_text("OFF\n4 2 0\n0 0 0\n1 0 0\n2 0 0\n0 1 0\n3 0 1 2\n3 0 1 3\n")
     one_line(run("path", "flat.off", "--from", "face:0", "--to", "3", "-o", "p.vtp"), "face 0", "zero area")
+
+
+def test_trace() -> None:
+    """A line has the requested length; a fan has a line for each angle, the first as without --fan."""
+    answer = run("trace", "mesh.off", "--from", "3", "--angle", "40", "--length", "2", "-o", "l.csv", "--json")
+    (line,) = json.loads(answer.stdout)["lines"]
+    assert (line["start"], line["length"], line["stop"]) == (3, pytest.approx(2, rel=1e-12), None)
+    one = read_csv("l.csv")
+    fan = ["--fan", "12", "-o", "fan.csv", "--png", "fan.png", "--json"]
+    answer = run("trace", "mesh.off", "--from", "3", "--angle", "40", "--length", "2", *fan)
+    assert len(json.loads(answer.stdout)["lines"]) == 12
+    many = read_csv("fan.csv")
+    for name, values in one.items():
+        np.testing.assert_array_equal(many[name][many["path"] == 0], values)
+
+
+def test_lines_end_at_the_boundary() -> None:
+    """The report says how many lines end before their length, and how many have no direction on the surface."""
+    save_off(grid(4, 4), "grid.off")
+    answer = run("trace", "grid.off", "--from", "0", "--length", "9", "--fan", "8", "-o", "l.vtp")
+    assert answer.exit_code == 0
+    assert "3 lines end before the length, at a boundary" in answer.stdout
+    assert "5 directions off the surface" in answer.stdout
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["--angle", "30", "--vector", "1", "0", "0"], ["--vector", "--angle"]),
+        (["--vector", "0", "0", "1"], ["normal"]),
+        (["--vector", "-1", "0.5", "0"], ["off the surface"]),
+        (["--angle", "200"], ["off the surface"]),
+        (["--length", "-1"], ["--length"]),
+    ],
+)
+def test_wrong_directions(options: list[str], words: list[str]) -> None:
+    """Directions that are impossible are refused with exit code 2."""
+    save_off(grid(4, 4), "grid.off")
+    answer = run("trace", "grid.off", "--from", "0", "--length", "1", *options, "-o", "l.vtp")
+    assert answer.exit_code == 2
+    for word in words:
+        assert not missing(answer.stderr, word)
+
+
+def test_logmap() -> None:
+    """Arrays, report and a note where the radius is beyond the surface."""
+    answer = run("logmap", "mesh.off", "--source", "3", "--radius", "99", "-o", "l.vtu", "--png", "l.png", "--json")
+    assert answer.exit_code == 0
+    report, result = json.loads(answer.stdout), read("l.vtu")
+    assert {field.name for field in result.fields} == {"radius", "angle", "log"}
+    np.testing.assert_allclose(result["radius"], ExactDistance(MESH).from_vertices([3])["distance"], rtol=1e-12)
+    np.testing.assert_allclose(np.linalg.norm(result["log"], axis=1), result["radius"], rtol=1e-12)
+    assert report["vertices"] == MESH.n_vertices
+    assert "no vertex of the surface is beyond" in report["remarks"][0]
+
+
+def test_logmap_needs_one_source() -> None:
+    """Several sources are refused with exit code 2."""
+    answer = run("logmap", "mesh.off", "--source", "3,4", "-o", "l.vtu")
+    assert answer.exit_code == 2
+    assert not missing(answer.stderr, "one source")
+
+
+def test_straighten() -> None:
+    """Curves of all kinds of files; a loop that bounds a disk is reported as a point."""
+    save_off(torus(24, 12), "torus.off")
+    answer = run(
+        "path", "torus.off", "--from", "0", "--via", "8", "--via", "16", "--loop", "-o", "c.vtp", "-o", "c.csv"
+    )
+    assert answer.exit_code == 0
+    Path("c.txt").write_text("0,8,16,0\n")
+
+    def loops(name: str, *options: str) -> list[dict]:
+        answer = run("path", "torus.off", "--straighten", name, *options, "-o", "g.vtp", "--json")
+        assert answer.exit_code == 0, answer.output
+        return json.loads(answer.stdout)["paths"]
+
+    expected = pytest.approx(48 * 0.6 * np.sin(np.pi / 24), rel=1e-12)
+    for name in ("c.vtp", "c.csv", "c.txt"):
+        (found,) = loops(name)
+        assert (found["length"], found["loop"], found["contractible"]) == (expected, True, False)
+    Path("c.txt").write_text("0,30,27\n")
+    assert loops("c.txt")[0]["loop"] is False
+    assert loops("c.txt", "--loop")[0]["contractible"] is True
+    (table,) = ["x,y\n0,1\n"]
+    Path("bad.csv").write_text(table)
+    one_line(run("path", "torus.off", "--straighten", "bad.csv", "-o", "g.vtp"), "bad.csv", "b0")
+
+
+def test_ties() -> None:
+    """The report says which paths have others as short."""
+    save_off(torus(24, 12), "torus.off")
+    answer = run("path", "torus.off", "--from", "0", "--to", "12,29", "-o", "p.vtp", "--json")
+    assert [item["tied"] for item in json.loads(answer.stdout)["paths"]] == [True, False]
+    assert "1 path of several" in json.loads(answer.stdout)["remarks"][0]

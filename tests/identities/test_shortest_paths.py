@@ -5,11 +5,12 @@ from functools import cache
 import numpy as np
 import pytest
 
-from geomhw.geodesic import ExactDistance, ShortestPaths, SurfacePath
+from geomhw.geodesic import ExactDistance, ShortestPaths
 from geomhw.mesh import TriangleMesh, grid, icosphere
 from geomhw.mesh.surface_points import SurfacePoints, concatenate, face_point, vertex_points
 from support.hostile import hostile
 from support.meshes import book, crumpled, sheared, spiky, split_diagonals, zoo_mesh
+from support.paths import lies_in_faces, turns
 
 MESHES = ["tetrahedron", "sphere", "crumpled_sphere", "crumpled_torus", "genus_two", "grid", "annulus", "two_spheres"]
 OTHERS = {"book": book, "sheared": sheared, "split_diagonals": split_diagonals, "spiky": spiky}
@@ -29,31 +30,6 @@ def points_in_faces(mesh: TriangleMesh, count: int, rng: np.random.Generator) ->
         weights[: (0, 1, 2)[k % 3]] = 0
         parts.append(face_point(mesh, face, weights / weights.sum()))
     return concatenate(parts)
-
-
-def turns(path: SurfacePath) -> np.ndarray:
-    """Return the turn at each inner point of an edge, in radians: π less the angles on both sides of the path."""
-    x, found = path.positions, []
-    for k in range(1, len(x) - 1):
-        names = path.mesh.faces[path.faces[k]]
-        if (path.weights[k] > 0).sum() == 2:
-            low, high = path.mesh.vertices[names[path.weights[k] > 0]]
-            angles = [angle(high - low, x[k + 1] - x[k]), angle(low - high, x[k - 1] - x[k])]
-            found.append(angles[0] - angles[1])
-    return np.array(found)
-
-
-def angle(a: np.ndarray, b: np.ndarray) -> float:
-    return float(np.arctan2(np.linalg.norm(np.cross(a, b)), a @ b))
-
-
-def lies_in_faces(path: SurfacePath) -> bool:
-    """Whether each point lies in the face of the segment before it, too."""
-    faces = path.mesh.faces
-    return all(
-        set(faces[path.faces[k]][path.weights[k] > 0]) <= set(faces[path.faces[k - 1]])
-        for k in range(1, len(path.faces))
-    )
 
 
 @pytest.mark.parametrize("name", [*MESHES, *OTHERS])
