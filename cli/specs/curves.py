@@ -40,7 +40,8 @@ def _from_columns(path: Path, mesh: "TriangleMesh", columns: Mapping[str, Any]) 
     """Return the points of each curve of a table."""
     import numpy as np
 
-    from geomhw.mesh.surface_points import concatenate, face_point, nearest_point
+    from geomhw.mesh import nearest_point
+    from geomhw.mesh.surface_points import concatenate, face_point
 
     if not (set(_WEIGHTS) <= set(columns) or set(_PLACE) <= set(columns)) or not len(next(iter(columns.values()))):
         raise FormatError(f"{path} has no points: it needs the columns {', '.join(_WEIGHTS)}, or {', '.join(_PLACE)}")
