@@ -40,6 +40,10 @@ NEAR = 3.0, 0.02
 STEP = 1.5
 
 
+#: Slope, at most, by which a curve over another one is lifted.
+STEEP = 3.0
+
+
 class Stage:
     """An offscreen window with one mesh, view and size; ``photograph`` draws layers and returns pixels.
 
@@ -102,8 +106,10 @@ class Stage:
             self._window.pixels()
             self._depths = self._window.nearest()
         for number, line in enumerate(curves):  # later ones lie over earlier ones
-            segments = self.view.project(line.segments) / self.unit + np.array([0, 0, (1 + number) * LIFT])
-            self._add_lines(segments, line.color, line.width)
+            segments = self.view.project(line.segments) / self.unit
+            if number:  # over the ends of earlier strips, too, which reach into their neighbors
+                segments[..., 2] += _rise(segments, curves[number - 1].width * self._line)[:, None]
+            self._add_lines(segments + np.array([0, 0, (1 + number) * LIFT]), line.color, line.width)
         for item in arrows:
             self._add_arrows(item)
         for comets in streaks:
@@ -230,3 +236,10 @@ def _part(surface: Any, which: NDArray[np.bool_]) -> Any:
     part = pyvista.PolyData.from_regular_faces(surface.points, surface.regular_faces[which])
     part.point_data.active_normals = surface.point_data.active_normals
     return part
+
+
+def _rise(segments: Floats, width: float) -> Floats:
+    """How far strips of a width along segments, (s, 2, 3), reach toward the viewer beside the segments, (s,)."""
+    along = np.abs(segments[:, 1] - segments[:, 0])
+    across = np.hypot(along[:, 0], along[:, 1])
+    return np.asarray(width * np.minimum(along[:, 2] / np.maximum(across, 1e-12), STEEP))
