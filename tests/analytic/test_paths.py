@@ -6,7 +6,8 @@ import pytest
 from geomhw.errors import FieldError
 from geomhw.geodesic import ShortestPaths, StraightestGeodesics
 from geomhw.mesh import TriangleMesh, cylinder_band, grid, icosphere
-from geomhw.mesh.surface_points import concatenate, face_point, nearest_point, vertex_points
+from geomhw.mesh.nearest import nearest_point
+from geomhw.mesh.surface_points import concatenate, face_point, vertex_points
 from support.hostile import hostile
 from support.rates import fitted_rate
 
