@@ -41,7 +41,6 @@ def _from_columns(path: Path, mesh: "TriangleMesh", columns: Mapping[str, Any]) 
     import numpy as np
 
     from geomhw.mesh import nearest_point
-    from geomhw.mesh.nearest import nearest_point
     from geomhw.mesh.surface_points import concatenate, face_point
 
     if not (set(_WEIGHTS) <= set(columns) or set(_PLACE) <= set(columns)) or not len(next(iter(columns.values()))):
