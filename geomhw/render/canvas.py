@@ -108,7 +108,10 @@ class Canvas:
                 left, top, right, bottom = (round(side) for side in item.box)
                 size = (right - left, bottom - top)
                 small = Pillow.fromarray(item.pixels).resize(size, Pillow.Resampling.BOX)
-                sheet.paste(small, (left, top), small if small.mode == "RGBA" else None)
+                if small.mode == sheet.mode == "RGBA":
+                    sheet.alpha_composite(small, (left, top))
+                else:
+                    sheet.paste(small, (left, top))
         return np.asarray(sheet)
 
     def save(self, path: Path, dpi: float, description: str) -> None:

@@ -145,7 +145,8 @@ class Drawing:
         canvas = Canvas((layout.width, layout.height), theme.background)
         pixels = stage.photograph(panel.surface, panel.arrows, shades, panel.streaks, panel.curves)
         if self.look.transparent:
-            pixels = np.dstack([pixels, 255 * stage.covered.astype(np.uint8)])
+            shown = stage.covered | (pixels != list(bytes.fromhex(theme.background[1:]))).any(axis=2)
+            pixels = np.dstack([pixels, np.where(shown, 255, 0).astype(np.uint8)])
         canvas.image(pixels, (0, layout.title, layout.width, layout.title + layout.stage))
         if panel.title:
             box = (8, 0, layout.width - 8, layout.title)

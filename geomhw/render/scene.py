@@ -24,6 +24,8 @@ Image = NDArray[np.uint8]
 
 #: Number of drawn pixels per pixel of the picture, along each side.
 SUPERSAMPLING = 2
+#: Samples per drawn pixel; 0 for meshes with many faces, where samples triple the drawing time.
+SAMPLES, MANY_FACES = 4, 100_000
 #: Margin around the mesh, a fraction of the picture.
 MARGIN = 0.03
 #: Shift of lines and arrows toward the viewer, so that the surface does not hide them.
@@ -36,8 +38,8 @@ LONGEST = 2.5
 RIM = 0.2
 #: Distance in pixels and in depth to the visible surface up to which a point counts as visible.
 NEAR = 3.0, 0.02
-#: Largest step in depth along an arrow, in its lengths: a larger one is a silhouette.
-STEP = 1.5
+#: Largest distance in depth from an arrow to the surface, in its lengths: a larger one is at a silhouette.
+STEP = 1.0
 
 
 #: Slope, at most, by which a curve over another one is lifted.
@@ -72,7 +74,8 @@ class Stage:
         self._origin = np.asarray(self._skin.point_data["origin"])
         self._depths: Floats | None = None
         self._line = 2 / height * max(width / PANEL_WIDTH, 1.0)
-        self._window = Window((SUPERSAMPLING * width, SUPERSAMPLING * height), theme.background, depth)
+        samples = 0 if mesh.n_faces > MANY_FACES else SAMPLES
+        self._window = Window((SUPERSAMPLING * width, SUPERSAMPLING * height), theme.background, depth, samples)
 
     def __enter__(self) -> "Stage":
         return self
@@ -207,8 +210,8 @@ class Stage:
     def _on_surface(self, centers: Floats, vectors: Floats) -> NDArray[np.bool_]:
         """Return the mask of arrows that do not reach over a silhouette in front of other parts of the surface."""
         room = STEP * np.linalg.norm(vectors, axis=1) + 0.02
-        ends = (self.depth_at(centers + share * vectors) for share in (-0.5, 0.25, 0.5))
-        return np.all([~(np.abs(end - centers[:, 2]) > room) for end in ends], axis=0)
+        ends = (centers + share * vectors for share in (-0.5, 0.25, 0.5))
+        return np.all([~(np.abs(self.depth_at(end) - end[:, 2]) > room) for end in ends], axis=0)
 
     def _add_streaks(self, streaks: Streaks) -> None:
         """Add streaks with their outlines."""

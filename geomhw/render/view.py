@@ -22,7 +22,7 @@ ELONGATION = 2.5
 _AZIMUTHS = np.radians(np.arange(24) * 15.0 + 30.0)
 _ELEVATIONS = np.radians([15.0, 35.0, 60.0])
 #: What higher elevations cost.
-_STEEP = [0.0, 0.12, 0.3]
+_STEEP = [0.0, 0.15, 0.5]
 _CELLS = 32
 _SAMPLES = 10_000
 _WEIGHTS = np.array([1.0, 0.3, 0.7, 0.1, 0.8])  # silhouette, bending, bending of the top, points of interest, holes

@@ -33,15 +33,16 @@ class Paint:
 class Window:
     """A plotter of ``size`` pixels, off screen; y runs from -1 to 1 over the height, the viewer looks along -z.
 
-    depth: largest distance of a point from the plane z = 0.
+    depth: largest distance of a point from the plane z = 0. samples: number of samples per pixel.
     """
 
-    def __init__(self, size: tuple[int, int], background: str, depth: float) -> None:
+    def __init__(self, size: tuple[int, int], background: str, depth: float, samples: int) -> None:
         offscreen.prepare()
         pyvista = offscreen.pyvista_import().result()
         self._depth = depth
         self._plotter = plotter = pyvista.Plotter(off_screen=True, window_size=list(size), lighting="none")
         plotter.background_color = background
+        plotter.render_window.SetMultiSamples(samples)
         plotter.renderer.SetUseOIT(False)  # pyvista has no name for this: translucent layers in the order of addition
         length = float(np.linalg.norm(LIGHT_FROM))
         plotter.add_light(
