@@ -11,7 +11,7 @@ from geomhw.arrays import Floats
 
 Color = str  # "#rrggbb"
 #: Color of a surface without values: light, so that shading shows its relief.
-PLAIN = "#e3e6eb"
+PLAIN = "#cfd4dc"
 
 
 @dataclass(frozen=True)
