@@ -104,6 +104,7 @@ def path(
         polylines(found),
         lambda cloud, look: curve_picture(mesh, cloud, begins, finishes, look),
         write_curves,
+        mesh,
     )
     reports = [
         {

@@ -91,7 +91,7 @@ def trace(
             found += solver.fan(source, degrees, length) if fan else [solver.trace_angle(source, degrees[0], length)]
         if not found:
             raise ArgumentError("no direction stays on the surface; give another --angle or a larger --fan")
-    job.write(polylines(found), lambda cloud, look: curve_picture(mesh, cloud, sources, look=look), write_curves)
+    job.write(polylines(found), lambda cloud, look: curve_picture(mesh, cloud, sources, look=look), write_curves, mesh)
     reports = [{**curve_report(path), "stop": path.stop or None} for path in found]
     lines = [f"line: {curve_line(item)}" for item in reports[:MAX_IN_LINE]]
     if len(found) > MAX_IN_LINE:

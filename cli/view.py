@@ -7,11 +7,11 @@ import click
 
 from geomhw_cli.options import INPUT, OUTPUT, REPORT, OptionGroup, command, option
 from geomhw_cli.runtime.job import print_json
+from geomhw_cli.runtime.pictures import PAGES, write_page
 from geomhw_cli.specs.files import add_input, file_stem, read_input, require_writable
 
 if TYPE_CHECKING:
-    from geomhw.arrays import Floats
-    from geomhw.results import Result
+    from geomhw.results import Cloud, Result
 
 
 @command(
@@ -19,10 +19,10 @@ if TYPE_CHECKING:
         "Picture",
         option("--array", "NAME", str, "Array that is shown first.  [default: the first of the file]"),
         option(
-            "--points",
+            "--with clouds",
             "FILE",
             INPUT,
-            "Points of a .vtp file, such as tracers or sources. May be repeated.",
+            "Points or polylines of a .vtp file, such as those of geomhw path. May be repeated.",
             multiple=True,
         ),
     ),
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     REPORT,
 )
 def view(
-    mesh_path: Path, array: str | None, points: tuple[Path, ...], output: Path | None, report: dict[str, Any]
+    mesh_path: Path, array: str | None, clouds: tuple[Path, ...], output: Path | None, report: dict[str, Any]
 ) -> None:
     """Show the arrays of MESH, or of a time series (.pvd), to turn, zoom and read.
 
@@ -44,35 +44,34 @@ def view(
       geomhw view creature.vtp --array distance -o creature.html
       geomhw advect data/torus.off --steps 20 --every 2 -o torus.pvd
       geomhw view torus.pvd -o torus.html
+      geomhw path data/torus.off --from 0 --to 150 --no-png -o path.vtp
+      geomhw view data/torus.off --with path.vtp -o path.html
     """
     from geomhw.errors import FieldError
-    from geomhw.io import read_cloud, replacing
+    from geomhw.io import read_cloud
 
     if output:
-        require_writable([output], [".html", ".htm"])
+        require_writable([output], PAGES)
     times, frames, tracers = _read(mesh_path)
     names = [field.name for field in frames[0].fields if field.location != "mesh"]
     if array and array not in names:
         raise FieldError(f"{mesh_path} has no array '{array}'" + (f"; there are {', '.join(names)}" if names else ""))
-    marks: dict[str, Any] = {path.stem: read_cloud(path).points for path in points}
+    marks: dict[str, Any] = {path.stem: read_cloud(path) for path in clouds}
     if tracers:
         marks["tracers"] = tracers
-    from geomhw.render import page, show_window
-
     if not output:
-        last = {name: positions[-1] if name == "tracers" else positions for name, positions in marks.items()}
-        show_window(frames[-1], array, last)
+        from geomhw.render import show_window
+
+        show_window(frames[-1], array, {name: mark[-1] if mark is tracers else mark for name, mark in marks.items()})
         return
-    text = page(frames, times, title=file_stem(mesh_path), active=array or "", points=marks)
-    with replacing([output]) as (temporary,):
-        temporary.write_text(text, encoding="utf-8")
+    write_page(output, frames, times, title=file_stem(mesh_path), active=array or "", clouds=marks)
     if report["as_json"] and not report["quiet"]:
         print_json({"command": "view", "file": str(mesh_path), "frames": len(frames), "files": [str(output)]})
     elif not report["quiet"]:
         click.echo(f"wrote     {output}")
 
 
-def _read(path: Path) -> tuple[list[float], list["Result"], list["Floats"]]:
+def _read(path: Path) -> tuple[list[float], list["Result"], list["Cloud"]]:
     """Times, frames and tracers of a series, or one frame at time 0."""
     from geomhw.io import read, read_cloud, read_series
 
@@ -83,5 +82,5 @@ def _read(path: Path) -> tuple[list[float], list["Result"], list["Floats"]]:
     for file in files:
         add_input(file)
     frames = [read(path.parent / frame.file) for frame in series]
-    tracers = [read_cloud(path.parent / frame.tracers).points for frame in series if frame.tracers]
+    tracers = [read_cloud(path.parent / frame.tracers) for frame in series if frame.tracers]
     return [frame.time for frame in series], frames, tracers if len(tracers) == len(series) else []

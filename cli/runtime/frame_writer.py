@@ -81,13 +81,13 @@ class FrameWriter:
         wanted = {kind: path for kind, path in settings.items() if path}
         for kind, path in wanted.items():
             require_writable([path], [f".{kind}"])
-        files = {**wanted, **pictures.paths}
-        require_writable([output, *files.values()], [".pvd", *(f".{kind}" for kind in files)])
+        files = [*wanted.values(), *pictures.files]
+        require_writable([output, *files], [".pvd", *(path.suffix.lower() for path in files)])
         series = SeriesWriter(output)
         kept = [path for path in inputs() if path != restart or not _is_same(path, series.state)]
         if lost := next(filter(series.writes, kept), None):
             raise FormatError(f"cannot write {output}: one of its files is the input {lost}, which would be lost")
-        click.get_current_context().with_resource(locked([output, *files.values()]))
+        click.get_current_context().with_resource(locked([output, *files]))
         if "mp4" in wanted:
             require_mp4()
         if drawn:
@@ -158,7 +158,7 @@ class FrameWriter:
             written.append(csv)
         self.job.written += map(str, written)
         films = [path for kind, path in self.extras.items() if kind in FILMS]
-        pictures = [str(path) for path in [*self.pictures.paths.values(), *films]]
+        pictures = [str(path) for path in [*self.pictures.files, *films]]
         if pictures:
             try:
                 with self.job.telling_written(pictures):
@@ -177,6 +177,9 @@ class FrameWriter:
         results = [read(folder / frame.file) for frame in frames]
         clouds = [read_cloud(folder / frame.tracers) for frame in frames if frame.tracers]
         look, gif, mp4 = self.pictures.look, self.extras.get("gif"), self.extras.get("mp4")
+        with self.job.stage("page"):
+            moving = {"tracers": clouds} if len(clouds) == len(results) else {}
+            self.pictures.write_page(results, [frame.time for frame in frames], clouds=moving)
         with self.job.stage("render"):
             if gif or mp4:
                 images = list(whole(flow_film(results, clouds, replace(look, transparent=False))))

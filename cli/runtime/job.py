@@ -74,7 +74,8 @@ class Job:
                 pictures.paths = {"png": Path(f"{name}.png")}
         require_writable(outputs, extensions)
         pictures.require()
-        require_writable([*outputs, *pictures.paths.values()], [*extensions, *(f".{kind}" for kind in pictures.paths)])
+        files = pictures.files
+        require_writable([*outputs, *files], [*extensions, *(path.suffix.lower() for path in files)])
         return cls(command, mesh_path, outputs, pictures, **settings)
 
     @contextmanager
@@ -111,15 +112,26 @@ class Job:
         return mesh
 
     def write(
-        self, result: Any, picture: Callable[..., Any], writer: Callable[[Any, Sequence[Path]], None] = write_outputs
+        self,
+        result: Any,
+        picture: Callable[..., Any],
+        writer: Callable[[Any, Sequence[Path]], None] = write_outputs,
+        mesh: "TriangleMesh | None" = None,
     ) -> None:
-        """Write the data files, all or none, then the picture, so that a failure to draw loses no data.
+        """Write the data files, all or none, then the page and the picture, so that a failure to draw loses no data.
 
-        picture: draws a result, with a ``look``. writer: writes a result to files, by default one on a mesh.
+        picture: draws a result, with a ``look``. writer: writes a result to files, by default one on a mesh. mesh: that
+        of curves.
         """
+        from geomhw.results import Result
+
         with self.stage("write"):
             writer(result, self.outputs)
         self.written += map(str, self.outputs)
+        if self.pictures and self.pictures.page:
+            with self.stage("page"), self.telling_written([str(self.pictures.page)]):
+                frame, clouds = (Result(mesh), {"curves": result}) if mesh else (result, {})
+                self.written += self.pictures.write_page([frame], clouds=clouds)
         if self.pictures and self.pictures.paths:
             names = [str(path) for path in self.pictures.paths.values()]
             try:

@@ -1,6 +1,7 @@
 """Files of pictures: PNG with metadata, SVG and PDF; and the renderer, loaded while a method computes."""
 
 import shlex
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,32 +15,51 @@ from geomhw_cli.specs.looks import take_look
 if TYPE_CHECKING:
     from geomhw.render.look import Look
     from geomhw.render.panels import Picture
+    from geomhw.results import Result
 
 COMMAND_LINE = "geomhw.command_line"
 #: Kinds of files that hold one picture.
 KINDS = ("png", "svg", "pdf")
+#: Extensions of pages for the browser.
+PAGES = (".html", ".htm")
 
 
 @dataclass
 class PictureFiles:
-    """Paths of the pictures of a run by kind, their look and their dots per inch."""
+    """Paths of the pictures of a run by kind, their look and their dots per inch, and the page for the browser."""
 
     paths: dict[str, Path]
     look: "Look"
     dpi: float | None = None
+    page: Path | None = None
 
     @classmethod
     def take(cls, settings: dict[str, Any]) -> "PictureFiles":
         """Take the options of pictures out of the values of options."""
         paths = {kind: settings.pop(kind, None) for kind in KINDS}
-        return cls({kind: path for kind, path in paths.items() if path}, take_look(settings), settings.pop("dpi", None))
+        drawn = {kind: path for kind, path in paths.items() if path}
+        return cls(drawn, take_look(settings), settings.pop("dpi", None), settings.pop("html", None))
+
+    @property
+    def files(self) -> list[Path]:
+        """All files that are written."""
+        return [*self.paths.values(), *([self.page] if self.page else [])]
 
     def require(self) -> None:
         """Check that the files can be written, and start to load the renderer in a thread."""
         for kind, path in self.paths.items():
             require_writable([path], [f".{kind}"])
+        if self.page:
+            require_writable([self.page], PAGES)
         if self.paths:
             load_renderer()
+
+    def write_page(self, frames: "Sequence[Result]", times: Sequence[float] = (0.0,), **layers: Any) -> list[str]:
+        """Write the page, if there is one to write, and return its name. layers: as of `geomhw.render.page`."""
+        if self.page is None:
+            return []
+        write_page(self.page, frames, times, **layers)
+        return [str(self.page)]
 
     def write(self, picture: "Picture") -> list[str]:
         """Write a picture to all files, and return their names."""
@@ -55,6 +75,16 @@ class PictureFiles:
             with replacing([path]) as (temporary,):
                 save_vector(temporary, picture, self.dpi or 100.0, f"geomhw {__version__}: {line}")
         return [str(path) for path in self.paths.values()]
+
+
+def write_page(path: Path, frames: "Sequence[Result]", times: Sequence[float] = (0.0,), **layers: Any) -> None:
+    """Write a page for the browser, whole or not at all."""
+    from geomhw.io import replacing
+    from geomhw.render import page
+
+    text = page(frames, times, **{"title": path.stem, **layers})
+    with replacing([path]) as (temporary,):
+        temporary.write_text(text, encoding="utf-8")
 
 
 def keep_command_line(context: click.Context, arguments: list[str]) -> None:

@@ -3,14 +3,14 @@
 import os
 import sys
 from collections.abc import Mapping
+from itertools import pairwise
 
-from geomhw.arrays import Floats
 from geomhw.errors import GeomhwError
-from geomhw.results import Result
+from geomhw.results import Cloud, Result
 
 
-def show_window(result: Result, active: str | None = None, points: Mapping[str, Floats] | None = None) -> None:
-    """Open a window with a result and points, and wait until it is closed.
+def show_window(result: Result, active: str | None = None, clouds: Mapping[str, Cloud] | None = None) -> None:
+    """Open a window with a result, points and polylines, and wait until it is closed.
 
     Parameters
     ----------
@@ -18,8 +18,8 @@ def show_window(result: Result, active: str | None = None, points: Mapping[str, 
         The mesh and its fields.
     active
         Name of the field that gives the colors.
-    points
-        Points by name, (k, 3).
+    clouds
+        Points or polylines by name.
 
     Raises
     ------
@@ -32,6 +32,10 @@ def show_window(result: Result, active: str | None = None, points: Mapping[str, 
 
     plotter = pyvista.Plotter()
     plotter.add_mesh(result.to_pyvista(), scalars=active)
-    for name, positions in (points or {}).items():
-        plotter.add_points(positions, label=name, color="firebrick", render_points_as_spheres=True)
+    for name, cloud in (clouds or {}).items():
+        if cloud.lines is None:
+            plotter.add_points(cloud.points, label=name, color="firebrick", render_points_as_spheres=True)
+            continue
+        for begin, end in pairwise(cloud.lines):
+            plotter.add_lines(cloud.points[begin:end], label=name, color="firebrick", connected=True)
     plotter.show()

@@ -21,7 +21,7 @@ from geomhw.mesh.sampling import spread_samples
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.render.colors import color_table
 from geomhw.render.view import choose_view
-from geomhw.results import Result, answer_rank
+from geomhw.results import Cloud, Result, answer_rank
 
 #: Color maps of the menu; the first is for numbers of one sign, the second for both signs, the third for angles.
 MAPS = ("viridis", "RdBu_r", "twilight", "cividis", "magma", "gray")
@@ -37,25 +37,23 @@ def page(
     *,
     title: str = "geomhw",
     active: str = "",
-    curves: Mapping[str, Sequence[Floats]] | None = None,
-    points: Mapping[str, Floats | Sequence[Floats]] | None = None,
+    clouds: Mapping[str, Cloud | Sequence[Cloud]] | None = None,
 ) -> str:
     """Return an HTML page that shows results in a browser.
 
     Parameters
     ----------
     frames
-        Results on one mesh, one for each time. Arrays that all of them have change with time.
+        Results on one mesh, one for each time. Arrays that all of them have change with time. The sources of the first
+        are drawn as points.
     times
         Time of each frame, ascending.
     title
         Title of the page.
     active
         Name of the array that is shown first; by default the one that answers the question of a command.
-    curves
-        Polylines by name, each (k, 3).
-    points
-        Points by name, (k, 3), or such an array for each frame.
+    clouds
+        Points or polylines by name; points that move are a list, one for each frame.
 
     Raises
     ------
@@ -81,6 +79,9 @@ def page(
 
     store = _Store()
     arrays = _arrays(frames, store, placed)
+    layers = {name: [item] if isinstance(item, Cloud) else list(item) for name, item in (clouds or {}).items()}
+    if (sources := frames[0].sources) is not None:
+        layers["sources"] = [Cloud(sources.positions(mesh))]
     scene = {
         "n_vertices": mesh.n_vertices,
         "n_faces": mesh.n_faces,
@@ -96,10 +97,9 @@ def page(
         "active": active or min((item["name"] for item in arrays), key=answer_rank, default=""),
         "arrays": arrays,
         "curves": [
-            {"name": name, "data": store.add(placed(_segments(lines)).astype("<f4"))}
-            for name, lines in (curves or {}).items()
+            _curves(name, cloud, store, placed) for name, (cloud, *_) in layers.items() if cloud.lines is not None
         ],
-        "points": [_points(name, positions, store, placed) for name, positions in (points or {}).items()],
+        "points": [_points(name, steps, store, placed) for name, steps in layers.items() if steps[0].lines is None],
         "maps": {name: _base64(color_table(name)[:, :3].tobytes()) for name in MAPS},
     }
     folder = files("geomhw.render") / "viewer"
@@ -209,18 +209,19 @@ def _arrow_places(mesh: TriangleMesh, location: str) -> tuple[Ints, Floats]:
     return rows, mesh.vertices[rows]
 
 
-def _segments(lines: Sequence[Floats]) -> Floats:
-    """Both ends of each segment of polylines, (2 s, 3)."""
-    parts = [np.stack([line[:-1], line[1:]], axis=1).reshape(-1, 3) for line in map(np.asarray, lines)]
-    return np.concatenate(parts) if parts else np.empty((0, 3))
+def _curves(name: str, cloud: Cloud, store: _Store, placed: Any) -> dict[str, Any]:
+    """Description of polylines: both ends of each segment."""
+    assert cloud.lines is not None
+    starts = np.setdiff1d(np.arange(len(cloud.points) - 1), cloud.lines[1:] - 1)
+    ends = np.stack([cloud.points[starts], cloud.points[starts + 1]], axis=1)
+    return {"name": name, "data": store.add(placed(ends.reshape(-1, 3)).astype("<f4"))}
 
 
-def _points(name: str, positions: Floats | Sequence[Floats], store: _Store, placed: Any) -> dict[str, Any]:
-    """Description of points that stay, or of points for each frame."""
-    steps = np.asarray(positions, dtype=float)
-    steps = steps[None] if steps.ndim == 2 else steps
-    size = 12 if steps.shape[1] < 50 else 5
-    return {"name": name, "frames": len(steps), "size": size, "data": store.add(placed(steps).astype("<f4"))}
+def _points(name: str, steps: Sequence[Cloud], store: _Store, placed: Any) -> dict[str, Any]:
+    """Description of points that stay, or of as many points in each frame."""
+    positions = np.stack([cloud.points for cloud in steps])
+    size = 12 if positions.shape[1] < 50 else 5
+    return {"name": name, "frames": len(steps), "size": size, "data": store.add(placed(positions).astype("<f4"))}
 
 
 def _base64(data: bytes) -> str:

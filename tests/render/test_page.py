@@ -18,7 +18,7 @@ from geomhw.io import read_png, write
 from geomhw.mesh.primitives import icosphere
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.render import page
-from geomhw.results import Field, Result
+from geomhw.results import Cloud, Field, Result
 from support.program import run
 
 BALL = icosphere(3)
@@ -79,7 +79,7 @@ def test_series_share_what_does_not_change() -> None:
         Result(BALL, [Field("still", "vertex", BALL.vertices[:, 0]), Field("w", "vertex", k + BALL.vertices[:, 1])])
         for k in range(3)
     ]
-    text = page(frames, [0.0, 0.5, 2.0], points={"tracers": [np.full((2, 3), k) for k in range(3)]})
+    text = page(frames, [0.0, 0.5, 2.0], clouds={"tracers": [Cloud(np.full((2, 3), float(k))) for k in range(3)]})
     assert [(item["name"], item["frames"]) for item in scene_of(text)["arrays"]] == [("still", 1), ("w", 3)]
     np.testing.assert_allclose(array_of(text, "w").reshape(3, -1)[2], 2 + BALL.vertices[:, 1], atol=3e-7)
     assert scene_of(text)["times"] == [0, 0.5, 2]
@@ -167,3 +167,28 @@ def test_in_a_browser(folder: Path) -> None:
     assert min(apart) > 10  # turned, and by another array
     assert np.ptp(pictures[0][:, 120], axis=0).max() > 80  # the height changes from below to above
     assert np.abs(pictures[0][:, 120] - pictures[0][:, 119]).max() < 30
+
+
+@pytest.mark.usefixtures("folder")
+def test_pages_beside_pictures() -> None:
+    """``--html`` leaves a page with the result and its sources, curves on their mesh, and a series with tracers."""
+    write(Result(BALL, []), "ball.vtp")
+    run("geodesic", "ball.vtp", "--source", "3", "-o", "d.vtp", "--html", "d.html")
+    scene = scene_of(Path("d.html").read_text("utf-8"))
+    assert scene["active"] == "distance"
+    text = Path("d.html").read_text("utf-8")
+    source = stored(text, scene["points"][0]["data"]) * scene["size"] + scene["center"]
+    np.testing.assert_allclose(source, BALL.vertices[3], atol=1e-6)
+    run("path", "ball.vtp", "--from", "0", "--to", "7", "-o", "p.vtp", "--html", "p.html")
+    text = Path("p.html").read_text("utf-8")
+    ends = stored(text, scene_of(text)["curves"][0]["data"]).reshape(-1, 2, 3)
+    np.testing.assert_array_equal(ends[1:, 0], ends[:-1, 1])
+    assert run("view", "ball.vtp", "--with", "p.vtp", "-o", "q.html").exit_code == 0
+    assert len(scene_of(Path("q.html").read_text("utf-8"))["curves"]) == 1
+    answer = run(
+        "advect", "ball.vtp", "--steps", "4", "--every", "2", "--tracers", "5", "-o", "a.pvd", "--html", "a.html"
+    )
+    assert "wrote     a.html" in answer.stdout
+    scene = scene_of(Path("a.html").read_text("utf-8"))
+    assert (len(scene["times"]), scene["points"][0]["frames"]) == (3, 3)
+    assert run("geodesic", "ball.vtp", "-o", "d.vtp", "--html", "d.pdf").exit_code == 2
