@@ -88,7 +88,7 @@ def read_mesh(path: str | Path) -> TriangleMesh:
 
 
 def read_cloud(path: str | Path) -> Cloud:
-    """Read the points of a ``.vtp`` file with the arrays on them; cells are ignored.
+    """Read the points and polylines of a ``.vtp`` file with the arrays on the points; other cells are ignored.
 
     Raises
     ------

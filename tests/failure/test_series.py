@@ -23,7 +23,7 @@ def test_failure_leaves_a_valid_series(broken: str, tmp_path: Path, monkeypatch:
     writer.add(0.0, frame(0))
     before = contents(tmp_path)
 
-    def fail(*given: object) -> str:
+    def fail(*given: object, **settings: object) -> str:
         raise OSError(28, "No space left on device")
 
     with monkeypatch.context() as patch:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import pyvista as pv
 import scipy.io
 import scipy.sparse as sp
 from PIL import Image
@@ -18,6 +19,7 @@ from geomhw.io.artifacts.films import write_gif, write_mp4
 from geomhw.io.artifacts.matrices import write_matrix
 from geomhw.io.artifacts.series import Frame, SeriesWriter, read_series
 from geomhw.io.artifacts.tables import write_csv
+from geomhw.results import Cloud, Field
 from support.series_files import DOUBLES, frame, pictures, points
 
 # -- series ------------------------------------------------------------------------------------------------------
@@ -199,3 +201,22 @@ def test_gif_keeps_rare_colors(tmp_path: Path) -> None:
     blocks = (shown - picture.astype(int)).reshape(101, 4, 150, 4, 3).mean(axis=(1, 3))  # as the eye takes dithering
     assert np.abs(blocks).max() <= 8
     assert np.abs((shown - picture)[-4:]).max() <= 40
+
+
+def test_polylines_come_back(tmp_path: Path) -> None:
+    """Polylines and their arrays come back; points of other files are put in the order of the lines."""
+    rng = np.random.default_rng(4)
+    cloud = Cloud(rng.normal(size=(9, 3)), [Field("arc", "vertex", np.arange(9.0))], np.array([0, 4, 6, 9]))
+    write_cloud(cloud, tmp_path / "lines.vtp")
+    found = read_cloud(tmp_path / "lines.vtp")
+    assert found.lines is not None
+    np.testing.assert_array_equal(found.lines, cloud.lines)
+    np.testing.assert_array_equal(found.points, cloud.points)
+    np.testing.assert_array_equal(found["arc"], cloud["arc"])
+    other = pv.PolyData(cloud.points, lines=np.array([3, 8, 0, 2, 2, 1, 0]))
+    other.point_data["arc"] = np.arange(9.0)
+    other.save(tmp_path / "other.vtp")
+    found = read_cloud(tmp_path / "other.vtp")
+    assert found.lines is not None
+    assert (found.lines.tolist(), found["arc"].tolist()) == ([0, 3, 5], [8, 0, 2, 1, 0])
+    np.testing.assert_array_equal(found.points, cloud.points[[8, 0, 2, 1, 0]])

@@ -73,11 +73,22 @@ def read_vtu(name: str, data: bytes) -> Result:
 
 
 def read_vtp_cloud(name: str, data: bytes) -> Cloud:
-    """Return the points of polydata with their arrays of any width; cells are ignored."""
+    """Return the points of polydata with their arrays of any width, in the order of its polylines if it has any.
+
+    Other cells are ignored.
+    """
     dataset = _read(name, data, "PolyData")
     points = np.zeros((0, 3)) if dataset.points is None else dataset.points
-    on_points = [Field(key, "vertex", values) for key, values in dataset.vertex_arrays.items()]
-    return Cloud(points, [*on_points, *(Field(key, "mesh", values) for key, values in dataset.mesh_arrays.items())])
+    lines = [cells for cells in dataset.cells if len(cells.types) and (cells.types == LINE).all()]
+    order, ends = np.arange(len(points)), None
+    if lines:
+        order = np.concatenate([cells.corners for cells in lines])
+        if order.min(initial=0) < 0 or order.max(initial=0) >= len(points):
+            raise FormatError(f"{name}: a line names a point that does not exist; there are {len(points)}")
+        ends = np.append(0, np.cumsum(np.concatenate([cells.sizes for cells in lines])))
+    on_points = [Field(key, "vertex", values[order]) for key, values in dataset.vertex_arrays.items()]
+    fields = [*on_points, *(Field(key, "mesh", values) for key, values in dataset.mesh_arrays.items())]
+    return Cloud(points[order], fields, ends)
 
 
 def _read(name: str, data: bytes, kind: str) -> Dataset:
