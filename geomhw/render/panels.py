@@ -118,12 +118,15 @@ class Drawing:
     def __call__(self, panels: Sequence[Panel]) -> Picture:
         """Draw the panels; return the picture, (height, width, 3)."""
         canvas = Canvas(self.size, "" if self.look.transparent else self.look.theme.background)
-        layout = self.layout
-        for number, panel in enumerate(_styled(panels, self.look)):
+        layout, styled = self.layout, _styled(panels, self.look)
+        shading = [shade(panel.surface, self.stage.mesh) for panel in styled]
+        # Arrows need the depth of the surface, which the other panels leave.
+        order = sorted(range(len(styled)), key=lambda number: bool(styled[number].arrows or styled[number].streaks))
+        drawn = {number: self._panel(styled[number], shading[number]) for number in order}
+        for number, (panel, shades) in enumerate(zip(styled, shading, strict=True)):
             row, column = divmod(number, self.columns)
             corner = (column * layout.width, row * layout.height)
-            shades = shade(panel.surface, self.stage.mesh)
-            canvas.paste(self._panel(panel, shades), *corner)
+            canvas.paste(drawn[number], *corner)
             if number < (self.shared or len(panels)):
                 top = self.size[1] - self.below if self.shared else corner[1] + layout.title + layout.stage
                 part = self.size[0] // self.shared if self.shared else layout.width
