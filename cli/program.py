@@ -12,7 +12,9 @@ import click
 from geomhw import __version__
 from geomhw.errors import ArgumentError, GeomhwError, Remedy
 from geomhw_cli.advect import advect
+from geomhw_cli.bracket import bracket
 from geomhw_cli.compare import compare
+from geomhw_cli.derive import derive
 from geomhw_cli.fluid import fluid
 from geomhw_cli.geodesic import geodesic
 from geomhw_cli.helmholtz import helmholtz
@@ -116,7 +118,9 @@ def program() -> None:
 
 for command in (
     advect,
+    bracket,
     compare,
+    derive,
     fluid,
     geodesic,
     helmholtz,
