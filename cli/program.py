@@ -22,6 +22,7 @@ from geomhw_cli.info import info
 from geomhw_cli.logmap import logmap
 from geomhw_cli.operators import operators
 from geomhw_cli.path import path
+from geomhw_cli.push import push
 from geomhw_cli.repair import repair
 from geomhw_cli.runtime import interrupts
 from geomhw_cli.runtime.pictures import keep_command_line
@@ -128,6 +129,7 @@ for command in (
     logmap,
     operators,
     path,
+    push,
     repair,
     spectrum,
     trace,

@@ -27,6 +27,7 @@ from .initial_fields import (
 )
 from .passive_scalar import PassiveScalar as PassiveScalar
 from .pathlines import PathlineTracer as PathlineTracer
+from .pushforward import Pushforward as Pushforward
 from .stream_function import StreamFunctionSolver as StreamFunctionSolver
 from .streamlines import FacePoints as FacePoints
 from .streamlines import StreamlineTracer as StreamlineTracer

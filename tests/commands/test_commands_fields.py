@@ -1,6 +1,7 @@
 """``geomhw bracket`` and ``geomhw derive``: arrays, reports, matrices and refusals."""
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -52,9 +53,9 @@ def test_derivatives_of_a_rotation() -> None:
 def test_pictures() -> None:
     """Without -o, both commands write a mesh and a picture."""
     save_off(icosphere(2))
-    answer = run("bracket", "ball.off", "--field", "rigid:x", "--field", "rigid:y")
+    answer = run("bracket", "ball.off", "--field", "rigid:x", "--field", "rigid:y", "--width", "120")
     assert "ball.bracket.png" in answer.stdout
-    assert "ball.derive.png" in run("derive", "ball.off", "--field", "rigid:x").stdout
+    assert "ball.derive.png" in run("derive", "ball.off", "--field", "rigid:x", "--width", "120").stdout
 
 
 def test_refusals() -> None:
@@ -70,3 +71,30 @@ def test_refusals() -> None:
     save_off(moebius_band(30, 3), "band.off")
     one_line(run("derive", "band.off", "--field", "rigid:x", "--no-png"), "orient")
     assert run("bracket", "band.off", "--field", "rigid:x", "--field", "rigid:z", "--no-png").exit_code == 0
+
+
+def test_push_as_a_series() -> None:
+    """A quarter turn: frames, table, report; functions and 1-forms, too."""
+    mesh = icosphere(2)
+    save_off(mesh)
+    line = ["--by", "rigid:z", "--time", str(np.pi / 2), "--frames", "2", "-o", "s.pvd", "--no-png"]
+    answer = run("push", "ball.off", "--field", "rigid:x", *line, "--csv", "s.csv", "--json")
+    report = json.loads(answer.stdout)
+    assert report["divergence_stays_zero"] is False
+    last = read(sorted(Path().glob("s*.vtp"))[-1])
+    np.testing.assert_allclose(last["pushed"], rigid_field(mesh, [0, 1, 0]), atol=0.08)
+    assert len(Path("s.csv").read_text().splitlines()) == 4
+    assert run("push", "ball.off", "--field", "rigid:x", "--as", "form", *line).exit_code == 0
+    assert run("push", "ball.off", "--color", "x", *line).exit_code == 0
+    last = read(sorted(Path().glob("s*.vtp"))[-1])
+    np.testing.assert_allclose(last["color"], mesh.vertices[:, 1], atol=0.1)
+    for wrong in (["--field", "rigid:x", "--color", "x"], [], ["--color", "x", "--as", "form"]):
+        assert run("push", "ball.off", *wrong, *line).exit_code == 2
+
+
+@needs_opengl
+def test_film_of_a_pushed_field() -> None:
+    """Without -o, a film and a contact sheet."""
+    save_off(icosphere(1))
+    answer = run("push", "ball.off", "--field", "random:1", "--by", "rigid:z", "--frames", "2", "--width", "120")
+    assert "ball.push.gif" in answer.stdout
