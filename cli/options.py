@@ -311,6 +311,7 @@ SERIES_FILES = OptionGroup(
 )
 
 
-def vector_field(name: str, help: str) -> click.Option:
-    """The option for the field that carries the color, at all times or at the start."""
-    return option(name, "SPEC", Spec(field_files), help, default="rotation:x")
+def vector_field(name: str, help: str, **settings: Any) -> click.Option:
+    """The option for a vector field; by default a rotation, unless it is required."""
+    settings = settings or {"default": "rotation:x"}
+    return option(name, "SPEC", Spec(field_files), help, **settings)

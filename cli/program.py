@@ -12,7 +12,9 @@ import click
 from geomhw import __version__
 from geomhw.errors import ArgumentError, GeomhwError, Remedy
 from geomhw_cli.advect import advect
+from geomhw_cli.bracket import bracket
 from geomhw_cli.compare import compare
+from geomhw_cli.derive import derive
 from geomhw_cli.fluid import fluid
 from geomhw_cli.geodesic import geodesic
 from geomhw_cli.helmholtz import helmholtz
@@ -20,6 +22,7 @@ from geomhw_cli.info import info
 from geomhw_cli.logmap import logmap
 from geomhw_cli.operators import operators
 from geomhw_cli.path import path
+from geomhw_cli.push import push
 from geomhw_cli.repair import repair
 from geomhw_cli.runtime import interrupts
 from geomhw_cli.runtime.pictures import keep_command_line
@@ -116,7 +119,9 @@ def program() -> None:
 
 for command in (
     advect,
+    bracket,
     compare,
+    derive,
     fluid,
     geodesic,
     helmholtz,
@@ -124,6 +129,7 @@ for command in (
     logmap,
     operators,
     path,
+    push,
     repair,
     spectrum,
     trace,

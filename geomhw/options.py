@@ -28,6 +28,8 @@ FlowSeries = Literal["taylor3", "expm"]
 #: How a color is advected: by a scheme that keeps its range, or by exp(-tD). ``auto`` is ``taylor3`` on the handout's
 #: sphere, and ``bounded`` elsewhere.
 Integrator = Literal["auto", "bounded", "taylor3", "expm"]
+#: How a flow transports a field: as vectors, as 1-forms, or parallel.
+TransportName = Literal["vector", "form", "parallel"]
 #: Time stepping of incompressible flow.
 SchemeName = Literal["conservative", "rk4", "stable-fluids"]
 #: What the stable-fluids scheme averages to vertices and back: the velocity, or its change.

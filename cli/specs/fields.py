@@ -24,6 +24,7 @@ COLOR_HELP = (
     "per vertex"
 )
 FLOW_HELP = "random:SEED[:WAVES], rossby-haurwitz:DEGREE, vortices:V1=+1,V2=-1, harmonic:K"
+FLOW_FIELD_HELP = f"{FIELD_HELP}; or {FLOW_HELP}"
 _KINDS = ("hue", "rotation", "rigid", "random", "blob", "rossby-haurwitz", "vortices", "harmonic")
 _AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
@@ -81,7 +82,7 @@ def flow(spec: str, mesh: "TriangleMesh", model: "VorticityModel | None" = None)
         return initial.harmonic(model or VorticityModel(mesh), _integer(rest, spec))
     if kind == "vortices":
         return initial.vortices(model or VorticityModel(mesh), _circulations(rest, spec))
-    return field(spec, mesh, f"{FIELD_HELP}; or {FLOW_HELP}")
+    return field(spec, mesh, FLOW_FIELD_HELP)
 
 
 def color(spec: str, mesh: "TriangleMesh", remarks: list[str] | None = None) -> "Floats":

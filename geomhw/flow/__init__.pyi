@@ -2,6 +2,8 @@ from .advection import ColorRange as ColorRange
 from .advection import flow_of as flow_of
 from .advection import frames as frames
 from .bounded_flow import BoundedFlow as BoundedFlow
+from .field_derivatives import FieldDerivatives as FieldDerivatives
+from .field_derivatives import derivatives_of as derivatives_of
 from .flow_map import FlowMap as FlowMap
 from .harmonic import harmonic_basis as harmonic_basis
 from .helmholtz import HelmholtzDecomposition as HelmholtzDecomposition
@@ -25,6 +27,7 @@ from .initial_fields import (
 )
 from .passive_scalar import PassiveScalar as PassiveScalar
 from .pathlines import PathlineTracer as PathlineTracer
+from .pushforward import Pushforward as Pushforward
 from .stream_function import StreamFunctionSolver as StreamFunctionSolver
 from .streamlines import FacePoints as FacePoints
 from .streamlines import StreamlineTracer as StreamlineTracer

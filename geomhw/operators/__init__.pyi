@@ -28,6 +28,7 @@ from .gradient import gradient_of as gradient_of
 from .gradient import hat_gradients as hat_gradients
 from .laplacian import backward_euler as backward_euler
 from .laplacian import stiffness as stiffness
+from .local_fit import LocalFit as LocalFit
 from .mass import consistent_mass as consistent_mass
 from .mass import lumped_mass as lumped_mass
 from .parallel_transport import (

@@ -1,5 +1,7 @@
 from .curve_pictures import curve_picture as curve_picture
 from .curve_pictures import log_picture as log_picture
+from .field_pictures import bracket_picture as bracket_picture
+from .field_pictures import derivative_picture as derivative_picture
 from .flow_pictures import contact_sheet as contact_sheet
 from .flow_pictures import flow_film as flow_film
 from .interactive import show_window as show_window

@@ -37,7 +37,8 @@ def flow_film(results: Sequence[Result], clouds: Sequence[Cloud] = (), look: Loo
     Parameters
     ----------
     results : sequence of Result
-        One per frame, with the fields ``color``, ``velocity``, ``time`` and perhaps ``vorticity``. Where vorticity is
+        One per frame, with the field ``time``, and ``pushed`` per face, or ``color``, ``velocity`` and perhaps
+        ``vorticity``. Where vorticity is
         rounding in all frames, the speed is drawn in its place.
     clouds : sequence of Cloud
         Tracers of each frame; drawn as streaks of equal duration instead of arrows.
@@ -121,6 +122,8 @@ def even_times(times: Sequence[float], most: int) -> list[int]:
 def _frames(results: Sequence[Result], clouds: Sequence[Cloud]) -> list[list[Panel]]:
     """Return the panels of each frame, with the limits and scales of all."""
     mesh = results[0].mesh
+    if any(field.name == "pushed" for field in results[0].fields):
+        return _pushed_frames(results)
     speeds = np.stack([np.linalg.norm(np.asarray(result["velocity"]), axis=1) for result in results])
     speed = float(np.quantile(speeds, TYPICAL_SPEED, axis=1).max())  # of the fastest frame
     duration = STREAK * float(np.sqrt(mesh.face_areas.sum())) / (speed or 1.0)
@@ -129,17 +132,28 @@ def _frames(results: Sequence[Result], clouds: Sequence[Cloud]) -> list[list[Pan
         note = f"streaks: the last {duration:.3g} of time" if speed else ""
         layers = [{"streaks": _streaks(mesh, cloud, duration), "note": note} for cloud in clouds]
     colors = _fixed([np.asarray(result["color"]) for result in results], Surface(span=COLOR_SPAN, label="color"))
+    title = f"color and {'tracers' if clouds else 'velocity'}"
     second = _second_surfaces(results, speeds, speed)
-    carried = "tracers" if clouds else "velocity"
     panels = []
     for k, result in enumerate(results):
         time = f"t = {_time(result):.4g}"
-        frame = [Panel(f"color and {carried}, {time}", colors[k], **layers[k])]
+        frame = [Panel(f"{title}, {time}", colors[k], **layers[k])]
         if second:
             title, surfaces = second
             frame.append(Panel(f"{title}, {time}", surfaces[k]))
         panels.append(frame)
     return panels
+
+
+def _pushed_frames(results: Sequence[Result]) -> list[list[Panel]]:
+    """Return the panels of frames of a face field ``pushed``: arrows over its length."""
+    lengths = [np.linalg.norm(np.asarray(result["pushed"]), axis=1) for result in results]
+    scale = float(np.quantile(lengths, TYPICAL_SPEED, axis=1).max()) or 1.0
+    surface = Surface(location="face", span=COLOR_SPAN, limits=(0.0, scale), label="length of the field")
+    return [
+        [Panel(f"field, t = {_time(result):.4g}", each, arrows=_arrows(result, scale, "pushed"))]
+        for result, each in zip(results, _fixed(lengths, surface), strict=True)
+    ]
 
 
 def _second_surfaces(results: Sequence[Result], speeds: Floats, speed: float) -> tuple[str, list[Surface]] | None:
@@ -171,9 +185,9 @@ def _time(result: Result) -> float:
     return float(np.asarray(result["time"]).ravel()[0])
 
 
-def _arrows(result: Result, speed: float) -> list[Arrows]:
-    """Return the velocity as arrows."""
-    return [Arrows(np.asarray(result["velocity"]), "face", ARROW_COLOR, scale=speed, spacing=SPACING)]
+def _arrows(result: Result, speed: float, name: str = "velocity") -> list[Arrows]:
+    """Return a face field as arrows."""
+    return [Arrows(np.asarray(result[name]), "face", ARROW_COLOR, scale=speed, spacing=SPACING)]
 
 
 def _streaks(mesh: TriangleMesh, cloud: Cloud, duration: float) -> list[Streaks]:

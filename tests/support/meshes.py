@@ -114,3 +114,14 @@ def disc(rings: int) -> TriangleMesh:
     area = (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]
     faces = np.where((area < 0)[:, None], faces[:, ::-1], faces)[np.abs(area) > 1e-12]
     return TriangleMesh(np.column_stack([flat, np.zeros(len(flat))]), faces)
+
+
+def scattered_sphere(count: int, seed: int = 0) -> TriangleMesh:
+    """Return the Delaunay triangulation of random points on the unit sphere, with outward faces."""
+    from scipy.spatial import ConvexHull
+
+    points = np.random.default_rng(seed).normal(size=(count, 3))
+    points /= np.linalg.norm(points, axis=1)[:, None]
+    faces = ConvexHull(points).simplices
+    inward = np.linalg.det(points[faces]) < 0
+    return TriangleMesh(points, np.where(inward[:, None], faces[:, ::-1], faces))

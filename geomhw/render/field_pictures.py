@@ -1,0 +1,82 @@
+"""Pictures of tangent fields: the bracket of two, and the derivatives of one."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from geomhw.render.layers import Arrows, Panel, Surface
+from geomhw.render.look import AUTOMATIC, Look
+from geomhw.render.panels import Picture, draw
+from geomhw.results import Result
+
+#: Spacing of arrows as a fraction of the panel.
+SPACING = 0.04
+
+
+def bracket_picture(result: Result, look: Look = AUTOMATIC, size: tuple[int, int] | None = None) -> Picture:
+    """Draw two fields and their bracket, over its length.
+
+    Parameters
+    ----------
+    result : Result
+        With the face fields ``first``, ``second`` and ``bracket``.
+    look, size
+        As in `geodesic_picture`.
+
+    Returns
+    -------
+    (height, width, 3) array, uint8
+
+    Raises
+    ------
+    RenderError
+        If there is no OpenGL on this machine.
+    """
+    length = np.linalg.norm(np.asarray(result["bracket"]), axis=1)
+    over = Surface(length, "face", span=(0.25, 1.0), label="length of the bracket")
+    panels = [
+        _arrows(result, "field U", "first", Surface()),
+        _arrows(result, "field V", "second", Surface()),
+        _arrows(result, "bracket [U, V]", "bracket", over),
+    ]
+    return draw(result.mesh, panels, size, columns=3, look=look)
+
+
+def derivative_picture(result: Result, look: Look = AUTOMATIC, size: tuple[int, int] | None = None) -> Picture:
+    """Draw a field and its derivatives.
+
+    Parameters
+    ----------
+    result : Result
+        Of `geomhw.flow.derivatives_of`.
+    look, size
+        As in `geodesic_picture`.
+
+    Returns
+    -------
+    (height, width, 3) array, uint8
+        Six panels: the field, its covariant derivative, divergence, curl, length of the strain and Hodge Laplacian.
+
+    Raises
+    ------
+    RenderError
+        If there is no OpenGL on this machine.
+    """
+    stretch = np.linalg.norm(np.asarray(result["strain"]), axis=1)
+    panels: Sequence[Panel] = [
+        _arrows(result, "field V", "field", Surface()),
+        _arrows(result, "covariant derivative along U", "covariant_derivative", Surface()),
+        _arrows(result, "Hodge Laplacian", "hodge_laplacian", Surface()),
+        Panel("divergence", Surface(result["divergence"], colormap="PiYG", symmetric=True, label="divergence")),
+        Panel("curl", Surface(result["curl"], colormap="PuOr", symmetric=True, label="curl")),
+        Panel("strain", Surface(stretch, "face", label="length of the strain tensor")),
+    ]
+    return draw(result.mesh, panels, size, columns=3, look=look)
+
+
+def _arrows(result: Result, title: str, name: str, surface: Surface) -> Panel:
+    """Return a panel with one face field as arrows."""
+    vectors = np.asarray(result[name])
+    lengths = np.linalg.norm(vectors, axis=1)
+    scale = float(np.quantile(lengths[lengths > 0], 0.9)) if (lengths > 0).any() else 1.0
+    return Panel(title, surface, arrows=[Arrows(vectors, scale=scale, spacing=SPACING)])

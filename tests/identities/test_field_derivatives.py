@@ -1,0 +1,76 @@
+"""Exact identities of brackets and derivatives: polynomials in the plane, symmetries, scale."""
+
+import numpy as np
+import pytest
+
+from geomhw.flow import FieldDerivatives, derivatives_of, random_field, rigid_field
+from geomhw.mesh import grid, icosphere, moebius_band
+from geomhw.mesh.triangle_mesh import TriangleMesh
+from support.meshes import ZOO, zoo_mesh
+
+
+def crooked_square() -> TriangleMesh:
+    """Return a flat square with displaced vertices, also at the boundary."""
+    square = grid(9, 9)
+    noise = np.random.default_rng(1).uniform(-0.03, 0.03, square.vertices.shape)
+    return TriangleMesh(square.vertices + noise * [1, 1, 0], square.faces)
+
+
+def test_linear_fields_in_the_plane() -> None:
+    """[Ax, Bx] = (BA - AB)x, and all derivatives of linear fields, to rounding up to the boundary."""
+    mesh = crooked_square()
+    chance = np.random.default_rng(2)
+    A, B = np.zeros((2, 3, 3))
+    A[:2, :2], B[:2, :2] = chance.normal(size=(2, 2, 2))
+    U, V = mesh.face_centers @ A.T, mesh.face_centers @ B.T
+    derivatives = FieldDerivatives(mesh)
+    np.testing.assert_allclose(derivatives.bracket(U, V), mesh.face_centers @ (B @ A - A @ B).T, atol=1e-10)
+    np.testing.assert_allclose(derivatives.covariant_derivative(V, U), mesh.face_centers @ (B @ A).T, atol=1e-10)
+    np.testing.assert_allclose(derivatives.divergence(V), np.trace(B), atol=1e-10)
+    np.testing.assert_allclose(derivatives.curl(V), B[1, 0] - B[0, 1], atol=1e-10)
+    np.testing.assert_allclose(derivatives.strain(V), np.broadcast_to((B + B.T) / 2, (mesh.n_faces, 3, 3)), atol=1e-10)
+    x, y, _ = mesh.face_centers.T
+    turn = np.stack([-y * y, x * x, 0 * x], axis=1)  # curl 2x + 2y
+    np.testing.assert_allclose(derivatives.hodge_laplacian(turn), np.tile([2.0, -2.0, 0], (len(x), 1)), atol=1e-8)
+
+
+@pytest.mark.parametrize("name", ZOO)
+def test_bracket_is_antisymmetric_and_torsion_is_zero(name: str) -> None:
+    """[U, V] = -[V, U] = ∇_U V - ∇_V U to rounding, on every mesh, with or without enough faces for a fit."""
+    mesh = zoo_mesh(name)
+    U, V = np.random.default_rng(3).normal(size=(2, mesh.n_faces, 3))
+    derivatives = FieldDerivatives(mesh)
+    bracket = derivatives.bracket(U, V)
+    size = np.abs(bracket).max() + 1
+    np.testing.assert_allclose(derivatives.bracket(V, U), -bracket, atol=1e-12 * size)
+    torsion = derivatives.covariant_derivative(V, U) - derivatives.covariant_derivative(U, V) - bracket
+    assert np.abs(torsion).max() < 1e-9 * size
+    assert all(np.isfinite(field.values).all() for field in derivatives_of(mesh, U, V).fields)
+    flow = derivatives.directional_derivative(U)
+    assert np.abs(flow.sum(axis=1)).max() < 1e-8 * (abs(flow).max() + 1)
+
+
+@pytest.mark.parametrize("scale", [1e-20, 1e20])
+def test_moved_scaled_and_renumbered(scale: float) -> None:
+    """Brackets turn and scale with the mesh, and do not depend on the numbering or on the orientation."""
+    mesh = icosphere(2)
+    U, V = random_field(mesh, 1), rigid_field(mesh, [1, 2, 3])
+    bracket = FieldDerivatives(mesh).bracket(U, V)
+    size = np.abs(bracket).max()
+    chance = np.random.default_rng(4)
+    Q, _ = np.linalg.qr(chance.normal(size=(3, 3)))
+    vertices, faces = chance.permutation(mesh.n_vertices), chance.permutation(mesh.n_faces)
+    corners = np.argsort(vertices)[mesh.faces[faces]]
+    corners[::3] = corners[::3, ::-1]
+    other = TriangleMesh(scale * (mesh.vertices[vertices] @ Q.T), corners)
+    found = FieldDerivatives(other).bracket(scale * U[faces] @ Q.T, V[faces] @ Q.T)
+    np.testing.assert_allclose(found, bracket[faces] @ Q.T, atol=1e-9 * size)
+
+
+def test_one_sided_surface() -> None:
+    """A Moebius band has brackets: they need no orientation."""
+    mesh = moebius_band(60, 9)
+    bracket = FieldDerivatives(mesh).bracket(rigid_field(mesh, [0, 0, 1]), rigid_field(mesh, [1, 0, 0]))
+    assert np.isfinite(bracket).all()
+    lengths = np.linalg.norm(bracket, axis=1)
+    assert lengths.max() < 5 * np.median(lengths)
