@@ -62,6 +62,7 @@ class Job:
         extensions: of outputs, by default those of meshes. settings: values of `options.DRAWING` and `options.REPORT`.
         """
         from geomhw.io import WRITABLE
+        from geomhw.io.locks import locked
 
         extensions = extensions or WRITABLE
         pictures = PictureFiles.take(settings)
@@ -74,7 +75,9 @@ class Job:
                 pictures.paths = {"png": Path(f"{name}.png")}
         require_writable(outputs, extensions)
         pictures.require()
-        require_writable([*outputs, *pictures.paths.values()], [*extensions, *(f".{kind}" for kind in pictures.paths)])
+        files = [*outputs, *pictures.paths.values()]
+        require_writable(files, [*extensions, *(f".{kind}" for kind in pictures.paths)])
+        click.get_current_context().with_resource(locked([path for path in files if path != STANDARD]))
         return cls(command, mesh_path, outputs, pictures, **settings)
 
     @contextmanager
