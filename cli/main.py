@@ -1,5 +1,6 @@
 """Entry point of the ``geomhw`` program: handles signals from the first line on, then loads and runs the program."""
 
+import io
 import os
 import sys
 
@@ -44,7 +45,21 @@ def _open_standard_streams() -> None:
             os.fstat(number)
         except OSError:
             os.open(os.devnull, os.O_RDWR)  # takes the lowest free number
-            setattr(sys, name, os.fdopen(number, mode))
+            setattr(sys, name, os.fdopen(number, mode, closefd=False))
+    if not sys.stderr.isatty():
+        stream = io.BufferedWriter(_Messages(2, "w", closefd=False))
+        sys.stderr = io.TextIOWrapper(stream, sys.stderr.encoding, "backslashreplace", line_buffering=True)
+
+
+class _Messages(io.FileIO):
+    """Standard error; messages that it cannot take, as on a full disk, are lost and change no exit code."""
+
+    def write(self, data: "Any") -> int:
+        """Write bytes."""
+        try:
+            return super().write(data)
+        except OSError:
+            return len(data)
 
 
 def __getattr__(name: str) -> "Any":

@@ -80,7 +80,7 @@ def repair(mesh_path: Path, tolerance: float | None, outputs: tuple[Path, ...], 
         [*content.report.get("remarks", ()), *_differences(done, content.fields)],
     )
     written = [str(path) for path in outputs]
-    if report["as_json"]:
+    if report["as_json"] and not report["quiet"]:
         print_json(
             {
                 "command": "repair",

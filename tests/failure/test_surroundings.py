@@ -71,6 +71,23 @@ def test_limit_on_memory(kilobytes: int, png: str) -> None:
     assert not missing(line, "Error: ... not enough memory ... ulimit -v")
 
 
-def test_quiet_json() -> None:
-    answer = shell("geomhw geodesic ball.off -q --json --no-png -o a.vtp")
+@pytest.mark.parametrize("redirection", ["2>/dev/full", ">/dev/full 2>/dev/full"])
+@pytest.mark.parametrize(
+    ("command", "code"),
+    [("compare ball.off no.off", 2), ("info --check no.off", 2), ("info --unknown", 2), ("info no.off", 1)],
+)
+def test_full_standard_error(command: str, code: int, redirection: str) -> None:
+    """A message that cannot be written changes no exit code."""
+    assert shell(f"geomhw {command} {redirection}").returncode == code
+
+
+def test_log_that_cannot_be_written() -> None:
+    """A run whose log cannot be written writes its output."""
+    assert shell("geomhw geodesic ball.off -v --no-png -o a.vtp 2>/dev/full").returncode == 0
+    assert Path("a.vtp").stat().st_size
+
+
+@pytest.mark.parametrize("command", ["geodesic ball.off --no-png -o a.vtp", "repair ball.off -o r.ply", "info ball.off"])
+def test_quiet_json(command: str) -> None:
+    answer = shell(f"geomhw {command} -q --json")
     assert (answer.returncode, answer.stdout, answer.stderr) == (0, "", "")
