@@ -169,8 +169,8 @@ class FrameWriter:
             self.job.written += pictures
 
     def _draw(self) -> None:
-        """Draw the films and the contact sheet."""
-        from geomhw.io import read, read_cloud, write_gif, write_mp4
+        """Draw the films and the contact sheet; all are written, or none."""
+        from geomhw.io import read, read_cloud, together, write_gif, write_mp4
         from geomhw.render.flow_pictures import contact_sheet, flow_film
 
         frames, folder = self.series.frames, self.series.path.parent
@@ -180,7 +180,7 @@ class FrameWriter:
         with self.job.stage("page"):
             moving = {"tracers": clouds} if len(clouds) == len(results) else {}
             self.pictures.write_page(results, [frame.time for frame in frames], clouds=moving)
-        with self.job.stage("render"):
+        with self.job.stage("render"), together():
             if gif or mp4:
                 images = list(whole(flow_film(results, clouds, replace(look, transparent=False))))
                 if gif:

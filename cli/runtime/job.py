@@ -62,6 +62,7 @@ class Job:
         extensions: of outputs, by default those of meshes. settings: values of `options.DRAWING` and `options.REPORT`.
         """
         from geomhw.io import WRITABLE
+        from geomhw.io.locks import locked
 
         extensions = extensions or WRITABLE
         pictures = PictureFiles.take(settings)
@@ -74,8 +75,9 @@ class Job:
                 pictures.paths = {"png": Path(f"{name}.png")}
         require_writable(outputs, extensions)
         pictures.require()
-        files = pictures.files
-        require_writable([*outputs, *files], [*extensions, *(path.suffix.lower() for path in files)])
+        files = [*outputs, *pictures.files]
+        require_writable(files, [*extensions, *(path.suffix.lower() for path in pictures.files)])
+        click.get_current_context().with_resource(locked([path for path in files if path != STANDARD]))
         return cls(command, mesh_path, outputs, pictures, **settings)
 
     @contextmanager

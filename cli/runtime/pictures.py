@@ -62,18 +62,19 @@ class PictureFiles:
         return [str(self.page)]
 
     def write(self, picture: "Picture") -> list[str]:
-        """Write a picture to all files, and return their names."""
+        """Write a picture to all files or none, and return their names."""
         from geomhw import __version__
-        from geomhw.io import replacing, write_png
+        from geomhw.io import replacing, together, write_png
         from geomhw.render.panels import save_vector
 
         line = str(click.get_current_context().find_root().meta.get(COMMAND_LINE, ""))
-        for kind, path in self.paths.items():
-            if kind == "png":
-                write_png(path, picture, self.dpi, {"Software": f"geomhw {__version__}", "Description": line})
-                continue
-            with replacing([path]) as (temporary,):
-                save_vector(temporary, picture, self.dpi or 100.0, f"geomhw {__version__}: {line}")
+        with together():
+            for kind, path in self.paths.items():
+                if kind == "png":
+                    write_png(path, picture, self.dpi, {"Software": f"geomhw {__version__}", "Description": line})
+                    continue
+                with replacing([path]) as (temporary,):
+                    save_vector(temporary, picture, self.dpi or 100.0, f"geomhw {__version__}: {line}")
         return [str(path) for path in self.paths.values()]
 
 

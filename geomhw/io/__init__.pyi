@@ -17,6 +17,7 @@ from .artifacts.series import read_series as read_series
 from .artifacts.tables import read_csv as read_csv
 from .artifacts.tables import write_csv as write_csv
 from .atomic import replacing as replacing
+from .atomic import together as together
 from .fields import field_file as field_file
 from .fields import read_field as read_field
 from .file_content import read_json as read_json

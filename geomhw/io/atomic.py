@@ -4,6 +4,7 @@ import errno
 import os
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
+from contextvars import ContextVar
 from pathlib import Path
 
 from geomhw.errors import FormatError
@@ -15,6 +16,8 @@ _ADVICE = [
     ({errno.EFBIG}, "raise the limit on the size of files (ulimit -f), or write to another disk"),
     ({errno.ENOENT}, "is its folder, or that of the file it links to, still there?"),
 ]
+#: Temporary files and targets that wait for the end of `together`, which renames them.
+_waiting: ContextVar[list[tuple[Path, Path]] | None] = ContextVar("_waiting", default=None)
 
 
 @contextmanager
@@ -61,12 +64,39 @@ def replacing(paths: Sequence[str | Path]) -> Iterator[list[Path]]:
         for temporary in temporaries:
             with temporary.open("r+b") as stream:
                 os.fsync(stream.fileno())
-        _rename_all(temporaries, targets)
+        pairs = list(zip(temporaries, targets, strict=True))
+        if (waiting := _waiting.get()) is None:
+            _rename_all(pairs)
+        else:
+            waiting += pairs
+            temporaries = []
     except OSError as error:
-        names = {os.fspath(temporary): target.name for temporary, target in zip(temporaries, targets, strict=True)}
-        raise _write_error(error, names.get(error.filename, ", ".join(names.values()))) from error
+        raise _write_error(error, _name_in(error, temporaries, targets)) from error
     finally:
         _remove(temporaries)
+
+
+@contextmanager
+def together() -> Iterator[None]:
+    """Delay the renames of `replacing` to the end of the block: all files of the block are written, or none.
+
+    Raises
+    ------
+    FormatError
+        As `replacing`.
+    """
+    waiting: list[tuple[Path, Path]] = []
+    token = _waiting.set(waiting)
+    try:
+        try:
+            yield
+        finally:
+            _waiting.reset(token)
+        _rename_all(waiting)
+    except OSError as error:
+        raise _write_error(error, _name_in(error, *zip(*waiting, strict=True))) from error
+    finally:
+        _remove([temporary for temporary, _ in waiting])
 
 
 def why_not_writable(path: Path) -> str:
@@ -103,6 +133,12 @@ def _write_error(error: OSError, name: str) -> FormatError:
     return FormatError(f"cannot write {name}: {error.strerror or error}{advice}")
 
 
+def _name_in(error: OSError, temporaries: Sequence[Path] = (), targets: Sequence[Path] = ()) -> str:
+    """The target of the temporary file that an error names, or else the names of all targets."""
+    names = {os.fspath(temporary): target.name for temporary, target in zip(temporaries, targets, strict=True)}
+    return names.get(error.filename, ", ".join(names.values()))
+
+
 def _sibling(target: Path, what: str) -> Path:
     """An unused hidden name in the same folder (rename works within a file system), with the same extension.
 
@@ -117,15 +153,16 @@ def _remove(paths: Sequence[Path]) -> None:
             path.unlink()
 
 
-def _rename_all(temporaries: Sequence[Path], targets: Sequence[Path]) -> None:
-    """Rename all, or restore the targets and raise."""
+def _rename_all(pairs: Sequence[tuple[Path, Path]]) -> None:
+    """Rename temporary files to their targets, or restore the targets and raise."""
+    targets = [target for _, target in pairs]
     backups = [_sibling(target, "former") if target.exists() and len(targets) > 1 else None for target in targets]
     done = 0
     try:
         for target, backup in zip(targets, backups, strict=True):
             if backup:
                 _link_or_copy(target, backup)
-        for temporary, target in zip(temporaries, targets, strict=True):
+        for temporary, target in pairs:
             os.replace(temporary, target)
             done += 1
     except BaseException:

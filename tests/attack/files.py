@@ -14,11 +14,12 @@ from fuzz.targets import TARGETS
 from support.program import contents, run
 
 FUZZ = Path(__file__).parents[1] / "fuzz"
+STRAIGHTEN = "path ball.off --straighten X --no-png -o p.vtp"
 #: Commands that read a file of a target; the others are meshes.
 READERS = {
-    "cloud": ["compare X X"],
-    "series": ["compare X X"],
-    "table": ["compare X X", "advect ball.off --field X:x,y --steps 1 -o s.pvd"],
+    "cloud": ["compare X X", "view ball.off --points X -o v.html", STRAIGHTEN],
+    "series": ["compare X X", "view X -o v.html"],
+    "table": ["compare X X", STRAIGHTEN, "advect ball.off --field X:x,y --steps 1 -o s.pvd"],
     "columns": ["advect ball.off --color X:x --steps 1 -o s.pvd", "geodesic ball.off --mask X:x --no-png -o g.vtk"],
     "array": ["helmholtz ball.off --field X --no-png -o h.vtk", "advect ball.off --color X --steps 1 -o s.pvd"],
     "archive": ["helmholtz ball.off --field X:u --no-png -o h.vtk"],
@@ -31,6 +32,8 @@ READERS = {
 }
 MESH = ["info X", "info X --check", "geodesic X --no-png -o g.vtk", "repair X -o r.ply", "compare X ball.off"]
 MESH += ["geodesic ball.off --source @X --no-png -o g.vtk", "advect X --steps 1 -o s.pvd"]
+MESH += ["path X --from 0 --to 1 --no-png -o p.vtp", "trace X --length 1 --no-png -o t.csv", "view X -o v.html"]
+MESH += ["logmap X --no-png -o l.vtp", "spectrum X -k 3 --no-png -o e.vtp", "path ball.off --pairs X --no-png -o p.csv"]
 SECONDS = 20
 
 

@@ -13,9 +13,10 @@ from geomhw.geodesic.exact import ExactDistance
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.results import Result
 from support.hostile import flipped, renumbered, rotated_corners
-from support.methods import COMMANDS, Answer, Case, case_of, exact, robust, scaled
+from support.methods import COMMANDS, Answer, Case, case_of, exact, logmap, path, robust, scaled, spectrum, trace
 
-METHODS: dict[str, Callable[[Case], Answer]] = {**COMMANDS, "robust": robust, "exact": exact}
+OTHERS = (robust, exact, path, trace, logmap, spectrum)
+METHODS: dict[str, Callable[[Case], Answer]] = {**COMMANDS, **{method.__name__: method for method in OTHERS}}
 #: Largest relative differences: between the same numbers in another order, and numbers that were rounded anew.
 SAME, ROUNDED = 1e-8, 1e-6
 #: Families of faces so thin that sums in another order differ as much as rounding.
@@ -42,8 +43,9 @@ def changes(case: Case, seed: int) -> Iterator[tuple[str, Case, Change]]:
     same = np.arange(len(mesh[0])), np.arange(len(mesh[1]))
     unturned = np.eye(3)
     other, places, order = renumbered(mesh, seed)
-    source = int(np.argsort(places)[case.source])
-    new = Case(TriangleMesh(*other), source, case.field[order], case.color[places], case.time, case.size, case.vector)
+    source, target = np.argsort(places)[[case.source, case.target]].tolist()
+    new = replace(case, mesh=TriangleMesh(*other), source=source, target=target)
+    new = replace(new, field=case.field[order], color=case.color[places])
     yield "renumbered", case, Change(new, places, order, unturned, SAME)
     for name, change in (("corners", rotated_corners), ("flipped", flipped)):
         yield name, case, Change(replace(case, mesh=TriangleMesh(*change(mesh, seed))), *same, unturned, SAME)
@@ -78,8 +80,8 @@ def difference(expected: Answer, found: Answer, change: Change) -> float:
     """Return the largest relative difference, infinite where one of the two values is."""
     largest = 0.0
     for name, (values, location, size) in expected.items():
-        former = values[change.vertices if location == "vertex" else change.faces]
-        if name not in ("color", "distance", "potential"):
+        former = values[{"vertex": change.vertices, "face": change.faces}.get(location, slice(None))]
+        if values.ndim == 2:
             former = former @ change.turn.T
         new, new_size = found[name][0], found[name][2]
         finite = np.isfinite(former)
@@ -105,6 +107,8 @@ def identities(case: Case) -> Iterator[str]:
             yield f"{name}: longer than an edge path"
         elif (values[reached] < chord[reached] - 1e-9 * size).any() and name != "geodesic":
             yield f"{name}: shorter than the chord"
+    if reached[case.target] and abs(path(case)["length"][0][0] - distance[case.target]) > 1e-9 * size:
+        yield "path: its length is not the exact distance"
     rng = np.random.default_rng(0)
     some = rng.choice(np.flatnonzero(reached), size=min(4, int(reached.sum())), replace=False)
     for vertex in some.tolist():

@@ -35,12 +35,18 @@ COMMANDS = {
     "fluid": f"fluid ball.off {FLUID} -o f.pvd --csv f.csv",
     "fluid film": f"fluid ball.off {FLUID} -o k.pvd --gif k.gif --width 200",
     "repair": "repair ball.off -o r.ply",
+    "path": "path ball.off --from 0 --to 9 -o p.vtp -o p.csv --png p.png --svg p.svg",
+    "trace": "trace ball.off --length 2 --fan 8 -o t.csv --pdf t.pdf",
+    "logmap": "logmap ball.off -o l.vtp --png l.png --view front",
+    "spectrum": "spectrum ball.off -k 8 --signature hks -o e.vtu --png e.png",
+    "page": "view ball.off -o v.html",
+    "folder": f"fluid ball.off {FLUID} --width 200",
     "info": "info ball.off --json",
     "compare": "compare ball.off ring.off",
 }
 #: Files that grow during a run, and are valid at every length.
 GROWING = (".pvd", ".vtp.series", ".csv", ".restart.npz", ".partial.npy", ".partial.json")
-SECONDS = 120
+SECONDS = 600
 
 
 @dataclass(frozen=True)
@@ -110,14 +116,14 @@ def wrong_files(kind: str, folder: Path, before: dict[str, bytes]) -> list[str]:
     for name, data in found.items():
         if data == before.get(name) or data == expected.get(name):
             continue
-        if name.startswith("."):
+        if Path(name).name.startswith("."):
             wrong.append(f"leaves {name}")
         elif name in before and name not in expected:
             wrong.append(f"changes its input {name}")
         elif not name.endswith(GROWING):
             wrong.append(f"leaves a part of {name}")
     wrong += [f"removes {name}" for name in before.keys() - found.keys() if name not in expected]
-    return wrong + [words for path in folder.glob("*.pvd") for words in _wrong_series(path, before)]
+    return wrong + [words for path in folder.rglob("*.pvd") for words in _wrong_series(path, before)]
 
 
 def _wrong_series(path: Path, before: dict[str, bytes]) -> list[str]:

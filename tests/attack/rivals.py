@@ -26,6 +26,10 @@ PAIRS = {
     "film": tuple(f"advect ball.off {FLOW} -o {name}.pvd --gif g.gif --width 200" for name in "ab"),
     "sheet": tuple(f"fluid ball.off {FLUID} -o {name}.pvd --png g.png --width 200" for name in "ab"),
     "fluid": (f"fluid ball.off {FLUID} -o f.pvd", f"fluid ball.off {FLUID} -o f.pvd --scheme rk4"),
+    "folder": (f"fluid ball.off {FLUID} --no-png", f"fluid ball.off {FLUID} --no-png --scheme rk4"),
+    "curves": tuple(f"path ball.off --from {v} --to 9 -o p.vtp --png p.png --svg p.svg" for v in (0, 5)),
+    "spectrum": tuple(f"spectrum ball.off -k {k} -o e.vtp --png e.png" for k in (4, 5)),
+    "page": ("view ball.off -o v.html", "view ring.off -o v.html"),
     "repair": ("repair ball.off -o r.ply", "repair ring.off -o r.ply"),
 }
 

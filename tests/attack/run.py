@@ -27,13 +27,14 @@ def attack(names: list[str], seed: int, count: int) -> int:
     failed = 0
     for name in names:
         part, share = PARTS[name]
-        begun, checks, wrong = time.monotonic(), 0, 0
+        begun, checks, wrong, apart = time.monotonic(), 0, 0, 0
         for failures in part(seed, max(1, count * share // 1000)):
             checks += 1
-            wrong += len(failures)
+            apart += sum(signals.APART in words for words in failures)
+            wrong += sum(signals.APART not in words for words in failures)
             for words in failures:
                 print(f"  {words}", flush=True)
-        print(f"{name}: {checks} checks, {wrong} failures, {time.monotonic() - begun:.0f} s", flush=True)
+        print(f"{name}: {checks} checks, {wrong} failures, {apart} apart, {time.monotonic() - begun:.0f} s", flush=True)
         failed += wrong
     return failed
 

@@ -9,11 +9,17 @@ from pathlib import Path
 
 from attack.program import COMMANDS, SECONDS, finished, fresh, prepared, reference, start, wrong_files
 
+import geomhw
+import geomhw_cli
 from support.program import contents
 
 SIGNALS = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP]
 #: Where an older run has left files, the first words of each.
 OLD = b"old"
+#: Start of the words on what is not counted as a failure.
+APART = "apart: "
+#: Folders of the program.
+OURS = [Path(package.__file__ or "").parent for package in (geomhw, geomhw_cli)]
 
 
 def attack(seed: int, count: int) -> Iterator[list[str]]:
@@ -33,6 +39,13 @@ def attack(seed: int, count: int) -> Iterator[list[str]]:
             yield [f"{label}: {words}" for words in interrupted(kind, folder, sent, moment, again)]
 
 
+def is_pythons(err: str) -> bool:
+    """Whether a message is of an interrupt while Python starts, before the first line of the program."""
+    lines = [line for line in err.splitlines() if line.lstrip().startswith("File ")]
+    ours = any(f'"{folder}/' in line for line in lines for folder in OURS)
+    return "KeyboardInterrupt" in err and "Traceback" in err and not ours
+
+
 def interrupted(kind: str, folder: Path, sent: signal.Signals, moment: float, again: bool) -> list[str]:
     """Send a signal at a share of the usual time; return what is wrong with the exit code, words and files."""
     expected, before = reference(kind), contents(folder)
@@ -43,6 +56,8 @@ def interrupted(kind: str, folder: Path, sent: signal.Signals, moment: float, ag
             time.sleep(0.01)
             process.send_signal(sent)
         _, err = process.communicate(timeout=SECONDS)
+    if is_pythons(err):
+        return [f"{APART}a signal before the first line of the program"]
     after, wrong = contents(folder), []
     whole = {name for name, data in expected.files.items() if after.get(name) == data}
     if process.returncode == expected.code:

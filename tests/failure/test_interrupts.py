@@ -8,8 +8,9 @@ from pathlib import Path
 import pytest
 
 from geomhw.mesh.primitives import icosphere
+from geomhw.render import panels
 from support.pictures import needs_opengl
-from support.program import contents, save_off
+from support.program import contents, run, save_off
 
 MATRIX = ["geodesic", "ball.off", "--all-pairs", "-o", "D.npy"]
 
@@ -130,3 +131,28 @@ def test_drawing(command: str) -> None:
     assert (answer.returncode, answer.stdout) == (128 + signal.SIGHUP, "drawn\n"), answer.stderr
     assert "is written, a." in answer.stderr
     assert not Path(command.split()[-1]).exists()
+
+
+@needs_opengl
+@pytest.mark.parametrize(
+    "command",
+    [
+        "geodesic ball.off -q -o a.vtk --png a.png --svg a.svg",
+        "advect ball.off -q --steps 2 --every 1 -o a.pvd --gif a.gif --svg a.svg",
+    ],
+)
+def test_pictures_of_a_run(command: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """An interrupt between two pictures replaces none of them."""
+
+    def stopped(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(panels, "save_vector", stopped)
+    first, second = (word for word in command.split() if word.endswith((".png", ".gif", ".svg")))
+    for name in (first, second):
+        Path(name).write_text("old")
+    answer = run(*command.split())
+    assert answer.exit_code == 130
+    assert f"{first}, {second} is not" in answer.stderr or f"{second}, {first} is not" in answer.stderr
+    assert (Path(first).read_text(errors="replace"), Path(second).read_text()) == ("old", "old")
+    assert not [name for name in contents(folder) if name.startswith(".")]

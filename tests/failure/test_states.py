@@ -52,6 +52,20 @@ def test_a_second_run_on_a_target(command: str, target: str, folder: Path) -> No
     assert files(folder) == ["ball.off"]
 
 
+@pytest.mark.parametrize("target", ["a.vtp", "a.png", "a.pdf"])
+@pytest.mark.parametrize("command", ["geodesic ball.off", "path ball.off --from 0 --to 1"])
+def test_a_second_run_on_a_result(command: str, target: str, folder: Path) -> None:
+    """The data of one run and the picture of another are not mixed."""
+    with subprocess.Popen([sys.executable, "-c", HOLD, target], stdout=subprocess.PIPE, text=True) as other:
+        assert other.stdout
+        assert other.stdout.readline() == "held\n"
+        one_line(run(*command.split(), "-o", "a.vtp", "--png", "a.png", "--pdf", "a.pdf"), target, "another run")
+        other.kill()
+    run(*command.split(), "--no-png", "-o", "a.vtp")
+    assert "a.vtp" in files(folder)
+    assert ".a.vtp.lock" not in files(folder)
+
+
 def test_a_second_run_on_a_matrix(folder: Path) -> None:
     """Two runs do not write one matrix; the lock is there before the first byte."""
     with ResumableFile("D.npy", {"a": 1}, b"start", 100):
@@ -151,6 +165,10 @@ def test_files_of_others(folder: Path) -> None:
     os.symlink("mine.npy", "D.partial.npy")
     one_line(run("geodesic", "ball.off", "--all-pairs", "-o", "D.npy"), "D.partial.npy", "link")
     assert Path("mine.npy").read_text() == "mine"
+    Path("E.partial.json").write_text("mine")
+    one_line(run("geodesic", "ball.off", "--all-pairs", "-o", "E.npy"), "E.partial.json", "not the state of a run")
+    assert Path("E.partial.json").read_text() == "mine"
+    assert not Path("E.partial.npy").exists()
 
 
 def saved() -> tuple[dict[str, object], dict[str, np.ndarray]]:

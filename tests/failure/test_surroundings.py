@@ -87,7 +87,9 @@ def test_log_that_cannot_be_written() -> None:
     assert Path("a.vtp").stat().st_size
 
 
-@pytest.mark.parametrize("command", ["geodesic ball.off --no-png -o a.vtp", "repair ball.off -o r.ply", "info ball.off"])
+@pytest.mark.parametrize(
+    "command", ["geodesic ball.off --no-png -o a.vtp", "repair ball.off -o r.ply", "info ball.off"]
+)
 def test_quiet_json(command: str) -> None:
     answer = shell(f"geomhw {command} -q --json")
     assert (answer.returncode, answer.stdout, answer.stderr) == (0, "", "")

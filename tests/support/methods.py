@@ -1,7 +1,7 @@
 """Methods as functions of a mesh with a source, a field and a color, for tests of what their results depend on."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -11,17 +11,21 @@ from geomhw.fluid.run import Plan, run, scheme_of
 from geomhw.geodesic.exact import ExactDistance
 from geomhw.geodesic.heat_method import HeatDistance
 from geomhw.geodesic.heat_step import HeatStep
+from geomhw.geodesic.shortest_paths import ShortestPaths
+from geomhw.geodesic.straightest import StraightestGeodesics
 from geomhw.mesh.orientation import oriented
 from geomhw.mesh.surface_points import vertex_points
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.options import Location
+from geomhw.spectral.laplacian_spectrum import laplacian_spectrum
+from geomhw.transport.log_map import LogarithmicMap
 from geomhw.transport.vector_heat import VectorHeat
 from support.hostile import Arrays
 
 
 @dataclass(frozen=True)
 class Case:
-    """A mesh with a source vertex, a field per face, a color per vertex, a time, its size, and a source vector."""
+    """A mesh with two vertices, a field per face, a color per vertex, a time, its size, and a source vector."""
 
     mesh: TriangleMesh
     source: int
@@ -30,6 +34,7 @@ class Case:
     time: float
     size: float
     vector: tuple[float, ...] = (1.0, 2.0, 3.0)
+    target: int = 0
 
 
 #: Arrays by name, with their location, and the size to which differences are relative.
@@ -86,6 +91,32 @@ def fluid(case: Case) -> Answer:
     return {"velocity": (velocity, "face", largest(case.field)), "color": (state.color, "vertex", 1.0)}
 
 
+def path(case: Case) -> Answer:
+    """Length of the shortest path between the two vertices."""
+    ends = (vertex_points(case.mesh, [vertex]) for vertex in (case.source, case.target))
+    (found,) = ShortestPaths(case.mesh).between(*ends)
+    return {"length": (np.array([found.length]), "mesh", case.size)}
+
+
+def trace(case: Case) -> Answer:
+    """End of a short straightest geodesic."""
+    source = vertex_points(case.mesh, [case.source])
+    found = StraightestGeodesics(case.mesh).trace(source, case.vector, case.size / 20)
+    return {"end": (found.positions[-1:], "mesh", case.size)}
+
+
+def logmap(case: Case) -> Answer:
+    """Radii of the logarithmic map; its angles depend on the first edge."""
+    result = LogarithmicMap(case.mesh).from_source(vertex_points(case.mesh, [case.source]))
+    return {"radius": (np.asarray(result["radius"]), "vertex", case.size)}
+
+
+def spectrum(case: Case) -> Answer:
+    """Smallest eigenvalues of the Laplacian on functions, without unit."""
+    values = np.array(laplacian_spectrum(case.mesh, 6).report["eigenvalues"]) * case.size**2
+    return {"eigenvalues": (values, "mesh", max(values.max(), 1.0))}
+
+
 COMMANDS: dict[str, Callable[[Case], Answer]] = {
     "geodesic": geodesic,
     "vecdiffuse": vecdiffuse,
@@ -103,7 +134,8 @@ def case_of(mesh: Arrays) -> Case:
     centers, x = ((points - used.mean(axis=0)) / size for points in (given.face_centers, given.vertices))
     field = size * (np.cross([0.3, -0.4, 1.0], centers) + centers @ np.diag([1.0, -0.5, 0.2]) + 0.1)
     color = np.sin(4 * x[:, 0]) + np.cos(3 * x[:, 1] + 5 * x[:, 2])
-    return Case(given, int(given.faces[len(given.faces) // 2, 0]), field, color, 0.01, size)
+    source, target = (int(given.faces[len(given.faces) // k, 0]) for k in (2, 3))
+    return Case(given, source, field, color, 0.01, size, target=target)
 
 
 def largest(field: np.ndarray) -> float:
@@ -113,4 +145,4 @@ def largest(field: np.ndarray) -> float:
 
 def scaled(case: Case, factor: float) -> Case:
     mesh = TriangleMesh(case.mesh.vertices * factor, case.mesh.faces)
-    return Case(mesh, case.source, case.field * factor, case.color, case.time, case.size * factor)
+    return replace(case, mesh=mesh, field=case.field * factor, size=case.size * factor)

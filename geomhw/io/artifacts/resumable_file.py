@@ -164,6 +164,8 @@ class ResumableFile:
                 f"cannot write {self.path.name}: it is there, and not of an interrupted run, which would have "
                 f"{self.state.name} beside it; remove it, or take another name"
             )
+        if self.state.exists() and not (self.path.exists() and self.path.stat().st_size):
+            self._parsed()  # alone, it is of a run that was killed at its end, or is lost here
 
     def _resume(self, start: bytes) -> None:
         """Read the progress of an interrupted run, and cut the unfinished file to the bytes that it counts."""
@@ -183,21 +185,27 @@ class ResumableFile:
     def _advice(self) -> str:
         return f"remove {self.state.name} and {self.path.name} to start anew"
 
-    def _progress(self) -> dict[str, Any]:
-        """The progress of an interrupted run, if it is of this run and as it was saved."""
+    def _parsed(self) -> tuple[dict[str, Any], bool]:
+        """The progress of a run, and whether it is as it was saved."""
         try:
             found = json.loads(self.state.read_text(encoding="utf-8"))
-            run, is_whole = found["run"], found.pop("progress_checksum") == _checksum(found)
-            run.keys(), found["bytes"], found["done"], found["note"], found["checksum"]
+            is_whole = found.pop("progress_checksum") == _checksum(found)
+            found["run"].keys(), found["bytes"], found["done"], found["note"], found["checksum"]
         except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
             raise FormatError(f"{self.state.name} is not the state of a run; {self._advice}") from None
+        return dict(found), is_whole
+
+    def _progress(self) -> dict[str, Any]:
+        """The progress of an interrupted run, if it is of this run and as it was saved."""
+        found, is_whole = self._parsed()
+        run = found["run"]
         for name in sorted(run.keys() | self._run.keys()):
             if run.get(name) != self._run.get(name):
                 advice = f"{self._advice}, or take another name"
                 raise FormatError(f"{self.state.name} is of a run with another {name}; {advice}")
         if not is_whole:
             raise FormatError(f"{self.state.name} is damaged; {self._advice}")
-        return dict(found)
+        return found
 
     def _require_bytes(self, found: Mapping[str, Any], start: bytes) -> None:
         """Raise an error if the finished bytes are not those that were written."""
