@@ -147,7 +147,9 @@ class FrameWriter:
             write_csv(csv, self.rows)
 
     def finish(self) -> None:
-        """Draw films and contact sheet of all frames of the series, read back from their files."""
+        """Draw films and contact sheet of all frames of the series, read back from their files: all, or none."""
+        from geomhw.io import together
+
         written = [self.series.path, self.series.index]
         if any(frame.tracers for frame in self.series.frames):
             written.append(self.series.tracer_index)
@@ -161,7 +163,7 @@ class FrameWriter:
         pictures = [str(path) for path in [*self.pictures.files, *films]]
         if pictures:
             try:
-                with self.job.telling_written(pictures):
+                with self.job.telling_written(pictures), together():
                     self._draw()
             except RenderError as error:
                 where = ", ".join(map(str, written))
@@ -169,8 +171,8 @@ class FrameWriter:
             self.job.written += pictures
 
     def _draw(self) -> None:
-        """Draw the films and the contact sheet; all are written, or none."""
-        from geomhw.io import read, read_cloud, together, write_gif, write_mp4
+        """Draw the films and the contact sheet."""
+        from geomhw.io import read, read_cloud, write_gif, write_mp4
         from geomhw.render.flow_pictures import contact_sheet, flow_film
 
         frames, folder = self.series.frames, self.series.path.parent
@@ -180,7 +182,7 @@ class FrameWriter:
         with self.job.stage("page"):
             moving = {"tracers": clouds} if len(clouds) == len(results) else {}
             self.pictures.write_page(results, [frame.time for frame in frames], clouds=moving)
-        with self.job.stage("render"), together():
+        with self.job.stage("render"):
             if gif or mp4:
                 images = list(whole(flow_film(results, clouds, replace(look, transparent=False))))
                 if gif:
