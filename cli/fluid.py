@@ -150,15 +150,26 @@ def fluid(mesh_path: Path, choices: dict[str, Any], files: dict[str, Any], repor
 
 
 def _continue(restart: Path, choices: dict[str, Any], files: dict[str, Any]) -> None:
-    """Take the options that the command line leaves out from the run that wrote a state, and go on with its series."""
+    """Take the options that the command line leaves out from the run that wrote a state, and go on with its series.
+
+    Raises FormatError for a value that the command line does not take. Files in values are inputs.
+    """
+    from geomhw.errors import FormatError
     from geomhw.io import read_checkpoint
 
-    saved = read_checkpoint(restart)[0]
-    settings = {**saved.get("run", {}), **saved.get("end", {})}
+    context, saved = click.get_current_context(), read_checkpoint(restart)[0]
+    run, end = saved.get("run"), saved.get("end")
+    if not (isinstance(run, dict) and isinstance(end, dict)):
+        raise FormatError(f"{restart.name} holds no state of a fluid; give the .restart.npz of an earlier run")
+    settings = {name: None if value is None else str(value) for name, value in {**run, **end}.items()}
+    parameters = {parameter.name: parameter for parameter in context.command.params}
     for name in choices.keys() & settings.keys():
         rivals = [name, *(pair[1 - pair.index(name)] for pair in (("dt", "cfl"), ("steps", "until")) if name in pair)]
         if not any(map(options.is_given, rivals)):
-            choices[name] = settings[name]
+            try:
+                choices[name] = parameters[name].type_cast_value(context, settings[name])
+            except click.UsageError as error:
+                raise FormatError(f"{restart.name} is of no run that can be: {error.message}; start anew") from None
     suffix = ".restart.npz"
     if files["output"] is None and restart.name.endswith(suffix):
         files["output"] = restart.with_name(restart.name.removesuffix(suffix) + ".pvd")

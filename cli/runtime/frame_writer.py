@@ -147,7 +147,9 @@ class FrameWriter:
             write_csv(csv, self.rows)
 
     def finish(self) -> None:
-        """Draw films and contact sheet of all frames of the series, read back from their files."""
+        """Draw films and contact sheet of all frames of the series, read back from their files: all, or none."""
+        from geomhw.io import together
+
         written = [self.series.path, self.series.index]
         if any(frame.tracers for frame in self.series.frames):
             written.append(self.series.tracer_index)
@@ -161,7 +163,7 @@ class FrameWriter:
         pictures = [str(path) for path in [*self.pictures.files, *films]]
         if pictures:
             try:
-                with self.job.telling_written(pictures):
+                with self.job.telling_written(pictures), together():
                     self._draw()
             except RenderError as error:
                 where = ", ".join(map(str, written))

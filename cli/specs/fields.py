@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import click
 
 from geomhw_cli.specs.numbers import LARGEST, excerpt, whole_number
-from geomhw_cli.specs.sources import SourceSpecs
+from geomhw_cli.specs.sources import SourceSpecs, source_files
 
 if TYPE_CHECKING:
     from geomhw.arrays import Floats
@@ -42,9 +42,9 @@ def field_files(spec: str) -> list[Path]:
 
 
 def color_files(spec: str) -> list[Path]:
-    """The files that a color is read from; that of ``blob:@FILE``, too."""
+    """The files that a color is read from; that of the source of a blob, too."""
     kind, _, source = spec.partition(":")
-    return [Path(source.strip()[1:])] if kind == "blob" and source.strip().startswith("@") else field_files(spec)
+    return source_files(source) if kind == "blob" else field_files(spec)
 
 
 def field(spec: str, mesh: "TriangleMesh", known: str = FIELD_HELP) -> "Floats":

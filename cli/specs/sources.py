@@ -92,18 +92,13 @@ class SourceSpecs:
         """
         specs: list[Spec | VertexList] = []
         for text in map(str.strip, texts):
+            for path in source_files(text):
+                add_input(path)
             if text.startswith("@"):
-                add_input(Path(text[1:]))
                 specs += _listed(Path(text[1:]))
                 continue
             try:
-                if "=" in text:
-                    from geomhw.io import field_file
-
-                    specs.append(_parse_region(text))
-                    add_input(field_file(str(specs[-1].parts["region"])))
-                else:
-                    specs += _parse(text)
+                specs += [_parse_region(text)] if "=" in text else _parse(text)
             except ValueError as error:
                 raise click.UsageError(f"{error}.") from None
         return cls(specs)
@@ -137,6 +132,15 @@ class SourcePair(NamedTuple):
     end: SourceSpecs
     words: tuple[str, str]
     origin: str
+
+
+def source_files(text: str) -> list[Path]:
+    """The file that a source on the command line is read from."""
+    from geomhw.io import field_file
+
+    if text.strip().startswith("@"):
+        return [Path(text.strip()[1:])]
+    return [field_file(text.strip().rpartition("=")[0])] if "=" in text else []
 
 
 def source_lines(path: Path) -> list[SourceSpecs]:

@@ -137,6 +137,7 @@ def test_distance_of_near(folder: Path) -> None:
     [
         ["advect", "--color", "blob:@pts.csv", "--csv", "pts.csv"],
         ["fluid", "--color", "blob:@pts.csv", "--csv", "pts.csv"],
+        ["advect", "--color", "blob:pts.csv:x=3", "--csv", "pts.csv"],
         ["fluid", "--restart", "pts.csv", "--csv", "pts.csv"],
         ["advect", "--color", "blob:@pts.00000.vtp", "-o", "pts.pvd"],
         ["geodesic", "--source", "@pts.vtp", "-o", "pts.vtp"],

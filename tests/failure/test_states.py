@@ -210,6 +210,44 @@ def test_changed_states(change: object, is_signed: bool, folder: Path) -> None:
     assert contents(folder) == before
 
 
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda text: text.update(run=[1]),
+        lambda text: text.update(end="end"),
+        lambda text: text["run"].update(viscosity="thick"),
+        lambda text: text["run"].update(viscosity=-1.0),
+        lambda text: text["run"].update(dt=[0.1]),
+        lambda text: text["run"].update(dt=float("nan")),
+        lambda text: text["run"].update(smooth=3),
+        lambda text: text["run"].update(scheme="none"),
+        lambda text: text["run"].update(every=0),
+        lambda text: text["run"].update(init=["a"]),
+        lambda text: text["run"].update(tracers="many"),
+        lambda text: text["end"].update(steps="all"),
+        lambda text: text["end"].update(steps=-5),
+    ],
+)
+def test_options_of_a_state(change: object, folder: Path) -> None:
+    """Options that a state brings are checked as those of the command line."""
+    from geomhw.io import write_checkpoint
+
+    text, arrays = saved()
+    change(text)  # type: ignore[operator]
+    write_checkpoint("r.restart.npz", text, arrays)
+    before = contents(folder)
+    one_line(run("fluid", "ball.off", "--restart", "r.restart.npz", "--no-png"), "r.restart.npz")
+    assert contents(folder) == before
+
+
+def test_files_of_a_state() -> None:
+    """Files that an option of a state names are inputs."""
+    Path("points.csv").write_text("0\n")
+    assert run("fluid", "ball.off", *SHORT, "--color", "blob:@points.csv").exit_code == 0
+    answer = run("fluid", "ball.off", "--restart", "r.restart.npz", "--steps", "6", "--no-png", "--csv", "points.csv")
+    one_line(answer, "points.csv", "input")
+
+
 @pytest.mark.parametrize("seed", range(40))
 def test_damaged_states(seed: int, folder: Path) -> None:
     """Damaged bytes are refused in one sentence, or hit nothing that is read."""

@@ -99,10 +99,10 @@ def path(case: Case) -> Answer:
 
 
 def trace(case: Case) -> Answer:
-    """End of a short straightest geodesic."""
+    """Vector from the start of a short straightest geodesic to its end."""
     source = vertex_points(case.mesh, [case.source])
     found = StraightestGeodesics(case.mesh).trace(source, case.vector, case.size / 20)
-    return {"end": (found.positions[-1:], "mesh", case.size)}
+    return {"end": (found.positions[-1:] - found.positions[0], "mesh", case.size)}
 
 
 def logmap(case: Case) -> Answer:
