@@ -291,6 +291,21 @@ CURVE_FILES = OptionGroup(
     *DRAWING,
     name="files",
 )
+#: Files of a command that computes points on the mesh, as `Job.plan` takes them.
+POINT_FILES = OptionGroup(
+    "Output",
+    option(
+        "-o --output outputs",
+        "FILE",
+        OUTPUT,
+        "Points, .vtp, or as a table with a row per point, .csv. May be repeated.",
+        multiple=True,
+    ),
+    option("--png", "FILE", OUTPUT, "Picture."),
+    flag("--no-png", "Draw no picture."),
+    *DRAWING,
+    name="files",
+)
 #: Files of a command that computes a time series, as `FrameWriter.plan` takes them.
 SERIES_FILES = OptionGroup(
     "Output",

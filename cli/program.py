@@ -13,6 +13,7 @@ from geomhw import __version__
 from geomhw.errors import ArgumentError, GeomhwError, Remedy
 from geomhw_cli.advect import advect
 from geomhw_cli.bracket import bracket
+from geomhw_cli.center import center
 from geomhw_cli.compare import compare
 from geomhw_cli.derive import derive
 from geomhw_cli.fluid import fluid
@@ -26,10 +27,12 @@ from geomhw_cli.push import push
 from geomhw_cli.repair import repair
 from geomhw_cli.runtime import interrupts
 from geomhw_cli.runtime.pictures import keep_command_line
+from geomhw_cli.sample import sample
 from geomhw_cli.spectrum import spectrum
 from geomhw_cli.trace import trace
 from geomhw_cli.vecdiffuse import vecdiffuse
 from geomhw_cli.view import view
+from geomhw_cli.voronoi import voronoi
 
 #: Environment variables from which linear algebra libraries read their number of threads when they are loaded.
 BLAS_THREADS = [f"{name}_NUM_THREADS" for name in ("OPENBLAS", "MKL", "BLIS", "OMP")] + ["VECLIB_MAXIMUM_THREADS"]
@@ -120,6 +123,7 @@ def program() -> None:
 for command in (
     advect,
     bracket,
+    center,
     compare,
     derive,
     fluid,
@@ -131,10 +135,12 @@ for command in (
     path,
     push,
     repair,
+    sample,
     spectrum,
     trace,
     vecdiffuse,
     view,
+    voronoi,
 ):
     program.add_command(command)
 

@@ -14,6 +14,8 @@ SpectrumName = Literal["functions", "vectors", "fields"]
 SignatureName = Literal["hks", "wks"]
 #: Distances from eigenfunctions.
 SpectralDistanceName = Literal["biharmonic", "diffusion"]
+#: How ``sample`` spreads points over a surface.
+SampleMethod = Literal["farthest", "poisson"]
 #: How geodesic distances are computed: by the heat method, or exactly on the polyhedral surface.
 DistanceMethodName = Literal["heat", "exact"]
 #: What a table of distances between labels contains, over the pairs of their vertices.

@@ -187,6 +187,30 @@ class Cloud:
         return _named(self.fields, name)
 
 
+def point_cloud(mesh: TriangleMesh, points: SurfacePoints, fields: Sequence[Field] = ()) -> Cloud:
+    """Return points on a mesh as a cloud.
+
+    Returns
+    -------
+    Cloud with ``vertex`` (-1 within faces), ``face`` and ``barycentric`` of each point, and further fields. The face of
+    a vertex is its first one.
+
+    Examples
+    --------
+    >>> from geomhw.mesh import grid, vertex_points
+    >>> point_cloud(grid(1, 1), vertex_points(grid(1, 1), [2]))["barycentric"].tolist()
+    [[0.0, 0.0, 1.0]]
+    """
+    vertex = np.where(points.faces < 0, points.corners[:, 0], -1)
+    faces, weights = points.faces.copy(), points.weights.copy()
+    at = np.flatnonzero(vertex >= 0)
+    order = np.argsort(mesh.faces, axis=None, kind="stable")
+    first = order[np.searchsorted(mesh.faces.ravel(), vertex[at], sorter=order)]
+    faces[at], weights[at] = first // 3, np.eye(3)[first % 3]
+    named = [Field("vertex", "vertex", vertex.astype(np.int32)), Field("face", "vertex", faces.astype(np.int32))]
+    return Cloud(points.positions(mesh), [*named, Field("barycentric", "vertex", weights), *fields])
+
+
 def answer_rank(name: str) -> int:
     """Return the rank of a field among those of a result: 0 for the one that viewers show first."""
     return _ANSWERS.index(name) if name in _ANSWERS else len(_ANSWERS)

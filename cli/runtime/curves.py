@@ -1,4 +1,4 @@
-"""Curves on a mesh as files and lines of a report."""
+"""Curves and points on a mesh as files and lines of a report."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from geomhw.geodesic.surface_path import SurfacePath
     from geomhw.results import Cloud
 
-#: Extensions of files of curves.
+#: Extensions of files of curves and of points.
 CURVE_EXTENSIONS = (".vtp", ".csv")
 #: Columns of a table of points.
 COLUMNS = ("path", "x", "y", "z", "face", "b0", "b1", "b2", "arc_length")
@@ -27,6 +27,27 @@ def write_curves(cloud: "Cloud", paths: Sequence[Path]) -> None:
             columns = [cloud.points, *(cloud[name] for name in ("path", "face", "barycentric", "arc_length"))]
             rows = zip(*(column.tolist() for column in columns), strict=True)
             write_csv(path, [dict(zip(COLUMNS, (k, *x, f, *b, s), strict=True)) for x, k, f, b, s in rows])
+
+
+def write_points(cloud: "Cloud", paths: Sequence[Path]) -> None:
+    """Write points to files, as VTP or as a table: vertex, place, face, barycentric coordinates, further fields."""
+    from geomhw.io import write_cloud, write_csv
+
+    for path in paths:
+        if path.suffix.lower() == ".vtp":
+            write_cloud(cloud, path)
+        else:
+            columns = {
+                "vertex": cloud["vertex"],
+                **dict(zip("xyz", cloud.points.T, strict=True)),
+                "face": cloud["face"],
+            }
+            columns |= {f"b{k}": weights for k, weights in enumerate(cloud["barycentric"].T)}
+            columns |= {
+                field.name: field.values for field in cloud.fields if field.name not in (*columns, "barycentric")
+            }
+            rows = zip(*(column.tolist() for column in columns.values()), strict=True)
+            write_csv(path, [dict(zip(columns, row, strict=True)) for row in rows])
 
 
 def curve_report(path: "SurfacePath") -> dict[str, Any]:

@@ -4,12 +4,17 @@ from .diffusion_time import TimeStep as TimeStep
 from .edge_paths import edge_path_distance as edge_path_distance
 from .exact import Arrivals as Arrivals
 from .exact import ExactDistance as ExactDistance
+from .farthest_points import Samples as Samples
+from .farthest_points import farthest_points as farthest_points
 from .heat_method import HeatDistance as HeatDistance
 from .heat_method import heat_distance as heat_distance
 from .heat_step import HeatStep as HeatStep
+from .poisson_disks import poisson_disks as poisson_disks
 from .shortest_paths import ShortestPaths as ShortestPaths
 from .straightening import curve_through as curve_through
 from .straightening import straighten as straighten
 from .straightest import StraightestGeodesics as StraightestGeodesics
 from .surface_path import SurfacePath as SurfacePath
 from .surface_path import polylines as polylines
+from .voronoi import VoronoiCells as VoronoiCells
+from .voronoi import voronoi_cells as voronoi_cells

@@ -140,7 +140,7 @@ class ExactDistance:
             while len(front.windows) < 2 * len(halfedges) + ROOM:
                 front = with_more_room(front)
             start_from_edges(self._surface, front, halfedges, len(points))
-        places, faces = points.positions(self.mesh), self._face_of[points.faces]
+        places, faces = self.placed(points)
         front, radius = self._propagated(front, places, faces, _checked(limit), wanted)
         vertices = np.sort(reached(front))
         final = front.distance[vertices] <= radius
@@ -187,6 +187,10 @@ class ExactDistance:
     def surface(self) -> Surface:
         """The halfedges of the mesh, for tracing lines."""
         return self._surface
+
+    def placed(self, points: SurfacePoints) -> tuple[Floats, Ints]:
+        """Return coordinates and faces of points within faces; for a duplicate face, the face that it repeats."""
+        return points.positions(self.mesh), self._face_of[points.faces]
 
     def settings(self) -> dict[str, Any]:
         """Return how distances are computed, as plain values for a report."""

@@ -125,6 +125,17 @@ def reset(front: Front) -> None:
 
 
 @compiled_in_place
+def clear_windows(front: Front) -> None:
+    """Remove windows and events; arrivals at vertices stay, as upper bounds for further sources."""
+    for i in front.touched[: front.counts[TOUCHED]]:
+        if i < len(front.waiting):
+            front.waiting[i] = front.events[i] = 0
+    for i in front.items[: front.counts[WAITING]]:
+        front.places[i] = 0
+    front.counts[:] = 0
+
+
+@compiled_in_place
 def touch(front: Front, item: int) -> None:
     """Note that the state of an item has changed."""
     front.touched[front.counts[TOUCHED]] = item

@@ -43,7 +43,7 @@ class StraightestGeodesics:
 
     def __init__(self, mesh: TriangleMesh) -> None:
         self.mesh = mesh
-        self._surface = ExactDistance(mesh).surface
+        self.surface = ExactDistance(mesh).surface
 
     def trace(self, source: SurfacePoints, vector: ArrayLike, length: float) -> SurfacePath:
         """Return the line of a length from a point in the direction of a vector, (3,).
@@ -102,7 +102,7 @@ class StraightestGeodesics:
             turned = np.radians(degrees)
             return self._line(face, weights, np.cos(turned) * along + np.sin(turned) * across, length)
         fan = self._fan(source)
-        found = fan.direction(self._surface, degrees)
+        found = fan.direction(self.surface, degrees)
         if found is None:
             raise ArgumentError(f"the direction at {degrees:g} degrees from {source.name(0)} points off the surface")
         face, vector = found
@@ -112,7 +112,7 @@ class StraightestGeodesics:
         """Return the lines at several angles, as `trace_angle` does, without those that point off the surface."""
         if source.faces[0] < 0:
             fan = self._fan(source)
-            degrees = [d for d in degrees if fan.direction(self._surface, d)]
+            degrees = [d for d in degrees if fan.direction(self.surface, d)]
         return [self.trace_angle(source, d, length) for d in degrees]
 
     def _start(self, source: SurfacePoints, length: float) -> tuple[int, Floats]:
@@ -131,13 +131,13 @@ class StraightestGeodesics:
 
     def _fan(self, source: SurfacePoints) -> VertexFan:
         """Return the fan of a vertex."""
-        fan = vertex_fan(self._surface, int(source.vertices[0]))
+        fan = vertex_fan(self.surface, int(source.vertices[0]))
         fan.require_angles()
         return fan
 
     def _line(self, face: int, weights: Floats, vector: Floats, length: float) -> SurfacePath:
         """Return the line from a point of a face along a unit vector in the plane of the face."""
-        surface, room = self._surface, 256
+        surface, room = self.surface, 256
         begin = _first_exit(self.mesh, self._with_area(face), weights, vector)
         if begin is None:  # the point is on an edge, and the line goes to its other side
             across = self._other_side(face, weights, vector)
@@ -157,7 +157,7 @@ class StraightestGeodesics:
 
     def _other_side(self, face: int, weights: Floats, vector: Floats) -> tuple[int, Floats, Floats] | None:
         """Return a point on an edge and a direction from there in the face across; None on the boundary."""
-        surface, side = self._surface, 3 * face + int(np.argmin(weights))
+        surface, side = self.surface, 3 * face + int(np.argmin(weights))
         other = int(surface.across[side])
         if surface.sides[side] != 2:
             return None
