@@ -11,7 +11,7 @@ from geomhw.mesh.triangle_mesh import TriangleMesh
 ENOUGH = 12
 #: ... but this many rings at most.
 MOST_RINGS = 4
-#: Squared singular values below this share of the largest are zero: with few faces, the fit is the smallest one.
+#: Squared singular values below this share of the largest are zero.
 NEGLIGIBLE = 1e-10
 #: Offsets of the face centers from the surface that are below this share of the radius of a fit are rounding.
 FLAT = 1e-9
@@ -117,6 +117,10 @@ class LocalFit:
         for i, one in enumerate(columns):
             for j, other in enumerate(columns[: i + 1]):
                 normal_equations[:, i, j] = normal_equations[:, j, i] = scatter_add(one * other, at, n)
+        # Points that do not determine a quadratic, such as two rows, have a linear fit.
+        eigenvalues = np.linalg.eigvalsh(normal_equations[:, :6, :6])
+        linear = eigenvalues[:, 0] <= NEGLIGIBLE * eigenvalues[:, -1]
+        normal_equations[linear, 3:] = normal_equations[linear, :, 3:] = 0.0
         if offsets is not None:
             normal_equations[:, 6, 6] += RIDGE * count
         inverse = np.linalg.pinv(normal_equations, rcond=NEGLIGIBLE, hermitian=True)

@@ -70,7 +70,13 @@ def test_parallel_transport_in_the_plane() -> None:
     mesh = grid(10, 10)
     U = np.stack([1 + mesh.face_centers[:, 1], np.sin(mesh.face_centers[:, 0]), np.zeros(mesh.n_faces)], axis=1)
     constant = np.tile([1.0, 2.0, 0.0], (mesh.n_faces, 1))
-    np.testing.assert_allclose(Pushforward(mesh, U).field(constant, 0.4, "parallel"), constant, atol=1e-10)
+    flow = Pushforward(mesh, U)
+    np.testing.assert_allclose(flow.field(constant, 0.4, "parallel"), constant, atol=1e-10)
+    entering = np.flatnonzero((mesh.vertices[:, 0] == 0) & (mesh.vertices[:, 1] > 0))
+    rows = abs(flow.operator("vector")).sum(axis=1).reshape(-1, 3).sum(axis=1)
+    assert len(entering)
+    assert (rows[entering] == 0).all()
+    assert (rows[np.setdiff1d(np.arange(mesh.n_vertices), mesh.boundary_vertices)] > 0).all()
 
 
 @pytest.mark.parametrize("scale", [1e-20, 1e20])
