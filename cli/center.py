@@ -1,6 +1,7 @@
 """``geomhw center``: Karcher mean and geometric median."""
 
 from collections.abc import Sequence
+from os.path import isfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -30,7 +31,7 @@ def parse_points(texts: Sequence[str]) -> list[SourceSpecs | Path]:
             add_input(path)
             parts.append(path)
         else:
-            parts.append(SourceSpecs.parse([f"@{path}" if path.is_file() else text]))
+            parts.append(SourceSpecs.parse([f"@{path}" if isfile(path) else text]))
     return parts
 
 

@@ -85,6 +85,7 @@ def voronoi(
     """
     from geomhw.geodesic.farthest_points import farthest_points
     from geomhw.geodesic.voronoi import voronoi_cells
+    from geomhw.io import WRITABLE
     from geomhw.render.cell_pictures import cells_picture
     from geomhw.results import Field, point_cloud
     from geomhw.transport.relaxed_sites import relaxed_sites
@@ -92,6 +93,7 @@ def voronoi(
     job = Job.plan("voronoi", mesh_path, **files, **report)
     if points_path:
         require_writable([points_path], CURVE_EXTENSIONS)
+        require_writable([*job.outputs, points_path], [*WRITABLE, *CURVE_EXTENSIONS])
     mesh = job.read()
     with job.stage("compute"):
         points = farthest_points(mesh, sites).points if isinstance(sites, int) else sites.resolve(mesh, job.remarks)

@@ -142,3 +142,9 @@ def test_wrong_usage(arguments: list[str], words: list[str]) -> None:
 def test_center_of_components() -> None:
     """No path between the points, one sentence."""
     one_line(run("center", "two.off", "--points", "0,170", "-o", "c.vtp"), "no path", "component")
+
+
+def test_one_file_for_two_outputs() -> None:
+    """The sites and the cells are different files."""
+    one_line(run("voronoi", "mesh.off", "--sites", "3", "--points", "v.vtp", "-o", "v.vtp"), "v.vtp")
+    assert not Path("v.vtp").exists()

@@ -25,6 +25,9 @@ SHORT = {
     "helmholtz": ["--field", "f.npy", "-o", "r.vtp", "-q"],
     "compare": ["ball.off", "-q"],
     "repair": ["-o", "r.ply", "-q"],
+    "center": ["--points", "0,3", "-o", "r.vtp", "-q"],
+    "voronoi": ["--sites", "0,3", "-o", "r.vtp", "-q"],
+    "sample": ["--count", "3", "-o", "r.vtp", "-q"],
 }
 #: Numbers within texts, by option; # is the place of the number.
 SOURCES = ["#", "#-#", "face:#", "face:1:#,0,1", "near:#,0,0", "near:#,#,#", "near:0.1,0.1,#"]
@@ -42,6 +45,8 @@ TEXTS = {
     ("geodesic", "--time"): ["#", "#*h2"],
     ("vecdiffuse", "--dt"): ["#", "#*h2"],
     ("helmholtz", "--field"): [],
+    ("center", "--points"): SOURCES,
+    ("voronoi", "--sites"): SOURCES,
     ("compare", "--ignore"): [],
 }
 

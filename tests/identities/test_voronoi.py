@@ -66,14 +66,16 @@ def test_square() -> None:
 
 
 def test_area_in_a_plane() -> None:
-    """Areas of cells approach those in the plane, of second order in the mesh size."""
+    """Areas and borders of cells approach those in the plane, of second order in the mesh size."""
     errors = []
     for n in (8, 16, 32):
         mesh = grid(n, n)
         places = [[0.25, 0.5, 0], [0.75, 0.625, 0]]
         sites = vertex_points(mesh, [int(np.abs(mesh.vertices - place).sum(axis=1).argmin()) for place in places])
         # The bisector x + y/4 = 0.640625 cuts the square at y = 0 and y = 1.
-        errors.append(abs(voronoi_cells(mesh, sites).areas[0] - (0.640625 - 0.125)))
+        cells = voronoi_cells(mesh, sites)
+        errors.append(abs(cells.areas[0] - (0.640625 - 0.125)))
+        assert np.abs(cells.borders @ [1, 0.25, 0] - 0.640625).max() < 0.5 / n**2
     assert errors[-1] < 1e-4
     assert errors[-1] < errors[0] / 8
 
