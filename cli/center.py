@@ -93,7 +93,7 @@ def center(
         paths = ShortestPaths(mesh).to_nearest(found.point, points)[:MOST_PATHS]
         return curve_picture(mesh, polylines(paths), points, centers, look)
 
-    job.write(point_cloud(mesh, centers), picture, write_points)
+    job.write(point_cloud(mesh, centers), picture, write_points, mesh)
     name, what = ("median", "distances") if median else ("mean", "squared distances")
     lines = [
         source_line(found.point.report()).replace("source", name, 1),

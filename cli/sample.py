@@ -85,7 +85,7 @@ def sample(
             found = farthest_points(mesh, count, spacing or 0.0, first)
     gaps = np.where(np.isfinite(found.gaps), found.gaps, -1.0)
     cloud = point_cloud(mesh, found.points, [Field("gap", "vertex", gaps)])
-    job.write(cloud, lambda _cloud, look: samples_picture(mesh, found.points, look), write_points)
+    job.write(cloud, lambda _cloud, look: samples_picture(mesh, found.points, look), write_points, mesh)
     least = found.spacing if np.isfinite(found.spacing) else None
     radius = found.radius if np.isfinite(found.radius) else None
     lines = [f"points: {len(found.points)}, {method}"]

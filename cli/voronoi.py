@@ -17,9 +17,9 @@ from geomhw_cli.specs.numbers import Number
 from geomhw_cli.specs.sources import SourceSpecs, source_line
 
 if TYPE_CHECKING:
-    from geomhw.geodesic.voronoi import VoronoiCells
     from geomhw.render.look import Look
     from geomhw.render.panels import Picture
+    from geomhw.results import Result
 
 MAX_ROUNDS, MAX_SITES = 1000, 1_000_000
 
@@ -99,15 +99,15 @@ def voronoi(
         points = farthest_points(mesh, sites).points if isinstance(sites, int) else sites.resolve(mesh, job.remarks)
         cells = voronoi_cells(mesh, relaxed_sites(mesh, points, relax))
 
-    def write(cells: "VoronoiCells", paths: Sequence[Path]) -> None:
-        write_outputs(cells.result, paths)
+    def write(result: "Result", paths: Sequence[Path]) -> None:
+        write_outputs(result, paths)
         if points_path:
             write_points(point_cloud(mesh, cells.sites, [Field("area", "vertex", cells.areas)]), [points_path])
 
-    def picture(cells: "VoronoiCells", look: "Look") -> "Picture":
-        return cells_picture(cells.result, cells.pieces, cells.piece_labels, cells.borders, look)
+    def picture(result: "Result", look: "Look") -> "Picture":
+        return cells_picture(result, cells.pieces, cells.piece_labels, cells.borders, look)
 
-    job.write(cells, picture, write)
+    job.write(cells.result, picture, write)
     if points_path:
         job.written.insert(len(job.outputs), str(points_path))
     answers = cells.result.report
