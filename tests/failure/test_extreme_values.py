@@ -12,6 +12,7 @@ from geomhw.mesh.primitives import icosphere
 from geomhw.results import Field, Result
 from geomhw_cli.main import program
 from geomhw_cli.specs.files import FormatName, InputFile, OutputFile, Spec
+from geomhw_cli.specs.looks import ColorMap, Isolines, Limits, ViewName
 from geomhw_cli.specs.numbers import Number
 from support.program import files, run, save_off
 
@@ -43,7 +44,11 @@ TEXTS = {
     ("vecdiffuse", "--dt"): ["#", "#*h2"],
     ("helmholtz", "--field"): [],
     ("compare", "--ignore"): [],
+    ("view", "--array"): [],
 }
+
+#: Types of the options of pictures.
+LOOKS = ViewName | Limits | Isolines | ColorMap
 
 
 def numeric_options() -> Iterator[tuple[str, list[str]]]:
@@ -86,7 +91,7 @@ def test_every_option_is_known(command: str) -> None:
     for parameter in program.commands[command].params:
         own = isinstance(
             parameter.type,
-            Number | InputFile | OutputFile | FormatName | Spec | click.Choice | click.types.BoolParamType,
+            Number | InputFile | OutputFile | FormatName | Spec | click.Choice | click.types.BoolParamType | LOOKS,
         )
         known = own or (command, parameter.opts[0]) in TEXTS
         assert known, f"{command} {parameter.opts[0]} has the type {parameter.type}"
