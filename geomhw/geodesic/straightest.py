@@ -64,6 +64,7 @@ class StraightestGeodesics:
         given = np.asarray(vector, dtype=float)
         if given.shape != (3,) or not np.isfinite(given).all() or not given.any():
             raise ArgumentError("a direction is a vector of three finite components, not all zero")
+        given = given / np.abs(given).max()  # its square may overflow or underflow
         given = given / np.linalg.norm(given)
         if source.faces[0] >= 0:
             normal = self.mesh.face_normals[face]

@@ -26,6 +26,10 @@ SHORT = {
     "helmholtz": ["--field", "f.npy", "-o", "r.vtp", "-q"],
     "compare": ["ball.off", "-q"],
     "repair": ["-o", "r.ply", "-q"],
+    "path": ["--from", "0", "--to", "9", "-o", "r.vtp", "-q"],
+    "trace": ["--length", "1", "-o", "r.vtp", "-q"],
+    "logmap": ["-o", "r.vtp", "-q"],
+    "spectrum": ["-k", "4", "-o", "r.vtp", "-q"],
 }
 #: Numbers within texts, by option; # is the place of the number.
 SOURCES = ["#", "#-#", "face:#", "face:1:#,0,1", "near:#,0,0", "near:#,#,#", "near:0.1,0.1,#"]
