@@ -153,7 +153,7 @@ class StraightestGeodesics:
             if reason != FULL:
                 return SurfacePath(self.mesh, faces[:count], points[:count], stop=REASONS[reason])
             if room > MOST_CROSSINGS:
-                raise FieldError(f"the line crosses more than {MOST_CROSSINGS} edges; give a shorter length")
+                raise ArgumentError(f"the line crosses more than {MOST_CROSSINGS} edges; give a shorter length")
             room *= 4
 
     def _other_side(self, face: int, weights: Floats, vector: Floats) -> tuple[int, Floats, Floats] | None:
