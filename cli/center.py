@@ -11,8 +11,8 @@ from geomhw_cli.options import OptionGroup, command, flag, option
 from geomhw_cli.runtime.curves import CURVE_EXTENSIONS, write_points
 from geomhw_cli.runtime.job import Job
 from geomhw_cli.specs.curves import read_curves
-from geomhw_cli.specs.files import add_input
-from geomhw_cli.specs.sources import SourceSpecs, source_line
+from geomhw_cli.specs.files import Spec, add_input
+from geomhw_cli.specs.sources import SourceSpecs, source_files, source_line
 
 if TYPE_CHECKING:
     from geomhw.mesh.surface_points import SurfacePoints
@@ -41,7 +41,7 @@ def parse_points(texts: Sequence[str]) -> list[SourceSpecs | Path]:
         option(
             "--points parts",
             "FILE|SPEC",
-            str,
+            Spec(source_files),
             "Points: a file as written by -o of sample, or with columns x, y, z, .csv or .vtp; a text file of points; "
             "or points written as in --source of geodesic: 12,40, face:17, near:X,Y,Z and so on. May be repeated.",
             multiple=True,

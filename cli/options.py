@@ -21,7 +21,7 @@ from geomhw_cli.specs.fields import COLOR_HELP, color_files, field_files
 from geomhw_cli.specs.files import FormatName, InputFile, OutputFile, Spec, set_format
 from geomhw_cli.specs.looks import ColorMap, Isolines, Limits, ViewName
 from geomhw_cli.specs.numbers import COUNT, POSITIVE, Number
-from geomhw_cli.specs.sources import SOURCE_HELP, SourceSpecs
+from geomhw_cli.specs.sources import SOURCE_HELP, SourceSpecs, source_files
 
 INPUT, OUTPUT = InputFile(), OutputFile()
 MESH = click.Argument(["mesh_path"], metavar="MESH", type=INPUT)
@@ -182,7 +182,8 @@ def points_option(names: str, help: str) -> click.Option:
     """An option for points on the mesh, written as sources."""
     parse = SourceSpecs.parse
     help = f"{help} Written as in --source of geodesic: 12, face:17:0.2,0.3,0.5, near:X,Y,Z, max-y, @FILE and so on."
-    return option(names, "SPEC", str, help, multiple=True, callback=lambda _context, _option, texts: parse(texts))
+    settings: dict[str, Any] = {"multiple": True, "callback": lambda _context, _option, texts: parse(texts)}
+    return option(names, "SPEC", Spec(source_files), help, **settings)
 
 
 def is_given(parameter: str) -> bool:
@@ -209,7 +210,7 @@ OUTPUT_FORMAT = option(
 SOURCE = option(
     "--source sources",
     "SPEC",
-    str,
+    Spec(source_files),
     f"Source points: {SOURCE_HELP}. May be repeated.  [default: max-y]",
     multiple=True,
     callback=lambda _context, _option, texts: SourceSpecs.parse(texts),

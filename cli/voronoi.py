@@ -12,9 +12,9 @@ from geomhw_cli import options
 from geomhw_cli.options import OUTPUT, OptionGroup, command, option
 from geomhw_cli.runtime.curves import CURVE_EXTENSIONS, write_points
 from geomhw_cli.runtime.job import Job
-from geomhw_cli.specs.files import require_writable, write_outputs
+from geomhw_cli.specs.files import Spec, require_writable, write_outputs
 from geomhw_cli.specs.numbers import Number
-from geomhw_cli.specs.sources import SourceSpecs, source_line
+from geomhw_cli.specs.sources import SourceSpecs, source_files, source_line
 
 if TYPE_CHECKING:
     from geomhw.render.look import Look
@@ -40,7 +40,7 @@ def parse_sites(texts: Sequence[str]) -> SourceSpecs | int:
         option(
             "--sites",
             "SPEC|N",
-            str,
+            Spec(source_files),
             "Sites as points, written as in --source of geodesic: 3,40,99, face:17, @FILE and so on; may be repeated. "
             "A single whole number: this number of vertices by farthest-point sampling.",
             multiple=True,

@@ -64,6 +64,7 @@ class StraightestGeodesics:
         given = np.asarray(vector, dtype=float)
         if given.shape != (3,) or not np.isfinite(given).all() or not given.any():
             raise ArgumentError("a direction is a vector of three finite components, not all zero")
+        given = given / np.abs(given).max()  # its square may overflow or underflow
         given = given / np.linalg.norm(given)
         if source.faces[0] >= 0:
             normal = self.mesh.face_normals[face]
@@ -152,7 +153,7 @@ class StraightestGeodesics:
             if reason != FULL:
                 return SurfacePath(self.mesh, faces[:count], points[:count], stop=REASONS[reason])
             if room > MOST_CROSSINGS:
-                raise FieldError(f"the line crosses more than {MOST_CROSSINGS} edges; give a shorter length")
+                raise ArgumentError(f"the line crosses more than {MOST_CROSSINGS} edges; give a shorter length")
             room *= 4
 
     def _other_side(self, face: int, weights: Floats, vector: Floats) -> tuple[int, Floats, Floats] | None:

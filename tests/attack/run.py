@@ -28,13 +28,18 @@ def attack(names: list[str], seed: int, count: int) -> int:
     for name in names:
         part, share = PARTS[name]
         begun, checks, wrong, apart = time.monotonic(), 0, 0, 0
-        for failures in part(seed, max(1, count * share // 1000)):
-            checks += 1
-            apart += sum(signals.APART in words for words in failures)
-            wrong += sum(signals.APART not in words for words in failures)
-            for words in failures:
-                print(f"  {words}", flush=True)
-        print(f"{name}: {checks} checks, {wrong} failures, {apart} apart, {time.monotonic() - begun:.0f} s", flush=True)
+        try:
+            for failures in part(seed, max(1, count * share // 1000)):
+                checks += 1
+                apart += sum(signals.APART in words for words in failures)
+                wrong += sum(signals.APART not in words for words in failures)
+                for words in failures:
+                    print(f"  {words}", flush=True)
+        finally:  # also of a run that is stopped
+            print(
+                f"{name}: {checks} checks, {wrong} failures, {apart} apart, {time.monotonic() - begun:.0f} s",
+                flush=True,
+            )
         failed += wrong
     return failed
 

@@ -12,6 +12,7 @@ from geomhw.mesh.primitives import icosphere
 from geomhw.results import Field, Result
 from geomhw_cli.main import program
 from geomhw_cli.specs.files import FormatName, InputFile, OutputFile, Spec
+from geomhw_cli.specs.looks import ColorMap, Isolines, Limits, ViewName
 from geomhw_cli.specs.numbers import Number
 from support.program import files, run, save_off
 
@@ -28,6 +29,13 @@ SHORT = {
     "center": ["--points", "0,3", "-o", "r.vtp", "-q"],
     "voronoi": ["--sites", "0,3", "-o", "r.vtp", "-q"],
     "sample": ["--count", "3", "-o", "r.vtp", "-q"],
+    "path": ["--from", "0", "--to", "9", "-o", "r.vtp", "-q"],
+    "trace": ["--length", "1", "-o", "r.vtp", "-q"],
+    "logmap": ["-o", "r.vtp", "-q"],
+    "spectrum": ["-k", "4", "-o", "r.vtp", "-q"],
+    "bracket": ["--field", "rigid:x", "--field", "rigid:y", "-o", "r.vtp", "-q"],
+    "derive": ["--field", "rigid:x", "--along", "rigid:y", "-o", "r.vtp", "-q"],
+    "push": ["--field", "rigid:x", "--by", "rigid:y", "--time", "0.1", "--frames", "2", "-o", "r.pvd", "-q"],
 }
 #: Numbers within texts, by option; # is the place of the number.
 SOURCES = ["#", "#-#", "face:#", "face:1:#,0,1", "near:#,0,0", "near:#,#,#", "near:0.1,0.1,#"]
@@ -48,7 +56,11 @@ TEXTS = {
     ("center", "--points"): SOURCES,
     ("voronoi", "--sites"): SOURCES,
     ("compare", "--ignore"): [],
+    ("view", "--array"): [],
 }
+
+#: Types of the options of pictures.
+LOOKS = ViewName | Limits | Isolines | ColorMap
 
 
 def numeric_options() -> Iterator[tuple[str, list[str]]]:
@@ -91,7 +103,7 @@ def test_every_option_is_known(command: str) -> None:
     for parameter in program.commands[command].params:
         own = isinstance(
             parameter.type,
-            Number | InputFile | OutputFile | FormatName | Spec | click.Choice | click.types.BoolParamType,
+            Number | InputFile | OutputFile | FormatName | Spec | click.Choice | click.types.BoolParamType | LOOKS,
         )
         known = own or (command, parameter.opts[0]) in TEXTS
         assert known, f"{command} {parameter.opts[0]} has the type {parameter.type}"
