@@ -44,6 +44,9 @@ def test_another_run_is_not_gone_on_with(monkeypatch: pytest.MonkeyPatch) -> Non
     Path("D.partial.json").write_text("{}")
     assert not missing(run(*ALL.split()).stderr, "D.partial.json ... not ... state of a run")
     Path("D.partial.npy").unlink()
+    assert run(*ALL.split()).exit_code == 1  # a file of this name that is no state is somebody's own
+    assert Path("D.partial.json").read_text() == "{}"
+    Path("D.partial.json").unlink()
     assert run(*ALL.split()).exit_code == 0
     assert sorted(os.listdir()) == ["D.npy", "mesh.off", "other.off"]
 
