@@ -6,6 +6,7 @@ from typing import Any
 from geomhw.options import Integrator
 from geomhw_cli import options
 from geomhw_cli.options import OptionGroup, choice, command
+from geomhw_cli.output_options import SERIES_FILES
 from geomhw_cli.runtime.frame_writer import FrameWriter
 from geomhw_cli.runtime.progress import progress
 from geomhw_cli.specs import fields
@@ -27,7 +28,7 @@ from geomhw_cli.specs import fields
         ),
         options.TRACERS,
     ),
-    options.SERIES_FILES,
+    SERIES_FILES,
     options.REPORT,
 )
 def advect(

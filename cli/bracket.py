@@ -7,6 +7,7 @@ import click
 
 from geomhw_cli import options
 from geomhw_cli.options import OUTPUT, OptionGroup, command, option
+from geomhw_cli.output_options import FIELD_FILES
 from geomhw_cli.runtime.job import Job
 from geomhw_cli.specs import fields
 from geomhw_cli.specs.files import require_writable
@@ -19,7 +20,7 @@ from geomhw_cli.specs.files import require_writable
             "--field field_specs", f"U, then V, given twice: {fields.FLOW_FIELD_HELP}.", multiple=True
         ),
     ),
-    options.FIELD_FILES,
+    FIELD_FILES,
     OptionGroup(
         "Operator",
         option(

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from geomhw.wording import counted
 from geomhw_cli import options
 from geomhw_cli.options import OptionGroup, command, flag, option
+from geomhw_cli.output_options import POINT_FILES
 from geomhw_cli.runtime.curves import CURVE_EXTENSIONS, write_points
 from geomhw_cli.runtime.job import Job
 from geomhw_cli.specs.curves import read_curves
@@ -50,7 +51,7 @@ def parse_points(texts: Sequence[str]) -> list[SourceSpecs | Path]:
         ),
         flag("--median", "Minimize the sum of distances, not of their squares."),
     ),
-    options.POINT_FILES,
+    POINT_FILES,
     options.REPORT,
 )
 def center(

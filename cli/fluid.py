@@ -9,6 +9,7 @@ import click
 from geomhw.options import Advection, ForceName, SchemeName
 from geomhw_cli import options
 from geomhw_cli.options import OptionGroup, choice, command, option
+from geomhw_cli.output_options import SERIES_FILES
 from geomhw_cli.runtime.frame_writer import FrameWriter
 from geomhw_cli.runtime.progress import progress
 from geomhw_cli.runtime.resume import load_state, save_state
@@ -69,7 +70,7 @@ VISCOSITY = Number(SMALLEST, LARGEST, or_zero=True)
         options.TRACERS,
         name="choices",
     ),
-    options.SERIES_FILES,
+    SERIES_FILES,
     options.REPORT,
 )
 def fluid(mesh_path: Path, choices: dict[str, Any], files: dict[str, Any], report: dict[str, Any]) -> None:

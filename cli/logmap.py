@@ -7,6 +7,7 @@ from typing import Any
 from geomhw.wording import counted
 from geomhw_cli import options
 from geomhw_cli.options import OptionGroup, command, option
+from geomhw_cli.output_options import FIELD_FILES
 from geomhw_cli.runtime.job import Job
 from geomhw_cli.specs.numbers import LARGEST, SMALLEST, Number
 from geomhw_cli.specs.sources import SourceSpecs, source_line
@@ -23,7 +24,7 @@ from geomhw_cli.specs.sources import SourceSpecs, source_line
             "Largest distance. Beyond it, radius is inf, angle and log are NaN.  [default: all of the surface]",
         ),
     ),
-    options.FIELD_FILES,
+    FIELD_FILES,
     options.REPORT,
 )
 def logmap(

@@ -6,20 +6,10 @@ from typing import Any, get_args
 import click
 from click.core import ParameterSource
 
-from geomhw.options import (
-    DEFAULT_COLOR,
-    DEFAULT_DT,
-    DEFAULT_EVERY,
-    DEFAULT_STEPS,
-    FRAMES_PER_SECOND,
-    PANEL_WIDTH,
-    SolverName,
-    UpAxis,
-)
+from geomhw.options import DEFAULT_COLOR, DEFAULT_DT, DEFAULT_EVERY, DEFAULT_STEPS, SolverName
 from geomhw_cli.runtime.memory import COMPUTING, require_memory
 from geomhw_cli.specs.fields import COLOR_HELP, color_files, field_files
 from geomhw_cli.specs.files import FormatName, InputFile, OutputFile, Spec, set_format
-from geomhw_cli.specs.looks import ColorMap, Isolines, Limits, ViewName
 from geomhw_cli.specs.numbers import COUNT, POSITIVE, Number
 from geomhw_cli.specs.sources import SOURCE_HELP, SourceSpecs, source_files
 
@@ -199,14 +189,6 @@ FORMAT = option(
     expose_value=False,
     callback=set_format,
 )
-OUTPUT_FORMAT = option(
-    "--output-format",
-    "FORMAT",
-    FormatName(),
-    "Format of -o - (standard output): vtk, vtp, vtu or ply. The report goes to stderr.  [default: that of --format]",
-    expose_value=False,
-    callback=set_format,
-)
 SOURCE = option(
     "--source sources",
     "SPEC",
@@ -237,94 +219,9 @@ TRACERS = option(
     "Number of particles carried by the flow. They are points of <OUT>.tracers.*.vtp, part 1 of the series, and "
     "streaks in films.",
 )
-#: Options of every command that draws, which `PictureFiles.take` takes out of a group's values.
-DRAWING = (
-    option("--svg", "FILE", OUTPUT, "The picture as SVG, with texts and color bars as vectors."),
-    option("--pdf", "FILE", OUTPUT, "The picture as PDF, with texts and color bars as vectors."),
-    option("--html", "FILE", OUTPUT, "Page for the browser, to turn and read, as of geomhw view."),
-    option("--view", "VIEW", ViewName(), "front, back, left, right, top, bottom or AZIMUTH,ELEVATION in degrees."),
-    option("--up", "x|y|z", Choice(UpAxis), "Axis that points up in pictures.  [default: guessed]"),
-    option("--zoom", "F", Number(0.01, 100), "Magnification of the mesh in its panel.", default=1.0),
-    option(
-        "--width",
-        "PX",
-        Number(120, 4000, whole=True),
-        "Width of each panel of a picture, in pixels. Text and lines scale with it.",
-        default=PANEL_WIDTH,
-    ),
-    option("--dpi", "N", Number(10, 2400), "Pixels per inch, which set the size on paper."),
-    option("--colormap", "NAME", ColorMap(), "Color map of the main quantity: a name of matplotlib."),
-    option("--range limits", "LO,HI", Limits(), "Values at the ends of the color bar of the main quantity."),
-    option("--isolines", "D|N|none", Isolines(), "Isolines: their number such as 12, or spacing such as 0.5 or 5.0."),
-    flag("--transparent", "Make the background transparent."),
-)
 QUIET = flag("-q --quiet", "Print nothing but errors.")
 VERBOSE = flag("-v --verbose", "Print on stderr what is done, with times.")
 REPORT = OptionGroup("Report", flag("--json as_json", "Print the report as JSON."), QUIET, VERBOSE, name="report")
-#: Files of a command that computes one field, as `Job.plan` takes them.
-FIELD_FILES = OptionGroup(
-    "Output",
-    option(
-        "-o --output outputs",
-        "FILE",
-        OUTPUT,
-        "Mesh with the computed arrays: .vtk, .vtp, .vtu or .ply. May be repeated.",
-        multiple=True,
-    ),
-    OUTPUT_FORMAT,
-    option("--png", "FILE", OUTPUT, "Picture."),
-    flag("--no-png", "Draw no picture."),
-    *DRAWING,
-    name="files",
-)
-#: Files of a command that computes curves on the mesh, as `Job.plan` takes them.
-CURVE_FILES = OptionGroup(
-    "Output",
-    option(
-        "-o --output outputs",
-        "FILE",
-        OUTPUT,
-        "Curves as polylines, .vtp, or as a table with a row per point, .csv. May be repeated.",
-        multiple=True,
-    ),
-    option("--png", "FILE", OUTPUT, "Picture."),
-    flag("--no-png", "Draw no picture."),
-    *DRAWING,
-    name="files",
-)
-#: Files of a command that computes points on the mesh, as `Job.plan` takes them.
-POINT_FILES = OptionGroup(
-    "Output",
-    option(
-        "-o --output outputs",
-        "FILE",
-        OUTPUT,
-        "Points, .vtp, or as a table with a row per point, .csv. May be repeated.",
-        multiple=True,
-    ),
-    option("--png", "FILE", OUTPUT, "Picture."),
-    flag("--no-png", "Draw no picture."),
-    *DRAWING,
-    name="files",
-)
-#: Files of a command that computes a time series, as `FrameWriter.plan` takes them.
-SERIES_FILES = OptionGroup(
-    "Output",
-    option(
-        "-o --output",
-        "OUT.pvd",
-        OUTPUT,
-        "Time series, with its .vtp frames and a .vtp.series index beside it.  [default: in <stem>.<command>/]",
-    ),
-    option("--csv", "FILE", OUTPUT, "Table with one line per frame."),
-    option("--gif", "FILE", OUTPUT, "Film of the frames as GIF."),
-    option("--mp4", "FILE", OUTPUT, "Film of the frames as MP4. Needs imageio-ffmpeg."),
-    option("--fps", "N", Number(1, 50), "Frames of a film per second.", default=FRAMES_PER_SECOND),
-    option("--png", "FILE", OUTPUT, "Contact sheet of at most twelve frames."),
-    flag("--no-png", "Draw no contact sheet and no film."),
-    *DRAWING,
-    name="files",
-)
 
 
 def vector_field(name: str, help: str, **settings: Any) -> click.Option:

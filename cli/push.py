@@ -9,6 +9,7 @@ import click
 from geomhw.options import TransportName
 from geomhw_cli import options
 from geomhw_cli.options import OptionGroup, choice, command, is_given, option
+from geomhw_cli.output_options import SERIES_FILES
 from geomhw_cli.runtime.frame_writer import FrameWriter
 from geomhw_cli.runtime.progress import progress
 from geomhw_cli.specs import fields
@@ -43,7 +44,7 @@ if TYPE_CHECKING:
         option("--time", "T", POSITIVE, "Time of the flow.", default=1.0),
         option("--frames", "N", COUNT, "Number of frames after the first, at even times.", default=20),
     ),
-    options.SERIES_FILES,
+    SERIES_FILES,
     options.REPORT,
 )
 def push(

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from geomhw_cli.options import OUTPUT, OUTPUT_FORMAT, REPORT, OptionGroup, command, option
+from geomhw_cli.options import OUTPUT, REPORT, OptionGroup, command, option
+from geomhw_cli.output_options import OUTPUT_FORMAT
 from geomhw_cli.runtime.job import mesh_line, print_json
 from geomhw_cli.specs.files import STANDARD, read_input, require_writable, write_outputs
 from geomhw_cli.specs.numbers import LARGEST, SMALLEST, Number

@@ -9,6 +9,7 @@ from geomhw.options import SampleMethod
 from geomhw.wording import counted
 from geomhw_cli import options
 from geomhw_cli.options import OptionGroup, choice, command, option
+from geomhw_cli.output_options import POINT_FILES
 from geomhw_cli.runtime.curves import CURVE_EXTENSIONS, write_points
 from geomhw_cli.runtime.job import Job
 from geomhw_cli.specs.numbers import POSITIVE, Number
@@ -39,7 +40,7 @@ MAX_SAMPLES = 10_000_000
             "Seed of random points; with farthest, of a random first vertex.  [default: 0; farthest: max-y]",
         ),
     ),
-    options.POINT_FILES,
+    POINT_FILES,
     options.REPORT,
 )
 def sample(

@@ -7,7 +7,8 @@ import click
 
 from geomhw.wording import counted
 from geomhw_cli import options
-from geomhw_cli.options import CURVE_FILES, OptionGroup, command, option, points_option
+from geomhw_cli.options import OptionGroup, command, option, points_option
+from geomhw_cli.output_options import CURVE_FILES
 from geomhw_cli.runtime.curves import CURVE_EXTENSIONS, curve_line, curve_report, write_curves
 from geomhw_cli.runtime.job import Job
 from geomhw_cli.specs.numbers import LARGEST, SMALLEST, Number

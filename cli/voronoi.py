@@ -10,6 +10,7 @@ import click
 from geomhw.wording import counted
 from geomhw_cli import options
 from geomhw_cli.options import OUTPUT, OptionGroup, command, option
+from geomhw_cli.output_options import FIELD_FILES
 from geomhw_cli.runtime.curves import CURVE_EXTENSIONS, write_points
 from geomhw_cli.runtime.job import Job
 from geomhw_cli.specs.files import Spec, require_writable, write_outputs
@@ -56,7 +57,7 @@ def parse_sites(texts: Sequence[str]) -> SourceSpecs | int:
         ),
         option("--points points_path", "FILE", OUTPUT, "Sites as points, with their areas: .vtp or .csv."),
     ),
-    options.FIELD_FILES,
+    FIELD_FILES,
     options.REPORT,
 )
 def voronoi(

@@ -60,7 +60,7 @@ class FrameWriter:
 
         output: of the series; by default frames are in the folder ``<stem>.<command>/``, with a contact sheet and a
         film beside it. restart: the checkpoint that the run goes on from, which may be that of the series. settings:
-        files by kind, and values of `options.DRAWING`.
+        files by kind, and values of `output_options.DRAWING`.
         """
         from geomhw.errors import FormatError
         from geomhw.io import SeriesWriter, require_mp4

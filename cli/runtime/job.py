@@ -59,7 +59,7 @@ class Job:
         """Check, before any computation, that all files can be written.
 
         Without outputs, they are ``<stem>.<command>`` with the first extension and ``.png`` in the current directory.
-        extensions: of outputs, by default those of meshes. settings: values of `options.DRAWING` and `options.REPORT`.
+        extensions: of outputs, by default those of meshes. settings: of `output_options.DRAWING`, `options.REPORT`.
         """
         from geomhw.io import WRITABLE
         from geomhw.io.locks import locked
