@@ -97,7 +97,7 @@ def center(
     job.write(point_cloud(mesh, centers), picture, write_points, mesh)
     name, what = ("median", "distances") if median else ("mean", "squared distances")
     lines = [
-        source_line(found.point.report()).replace("source", name, 1),
+        source_line(found.point.report(), name),
         f"sum: {found.value:.10g}, of {what} from {counted(len(points), 'point')}",
     ]
     if found.others:

@@ -188,12 +188,8 @@ def geodesic(
         raise click.UsageError("--single and --labels exclude each other.")
     if queries := DistanceQueries.parse(all_pairs, pairs, source_file, single, others):
         job = Job("geodesic", mesh_path, files["outputs"], **report)
-        if (
-            all_pairs
-            and not labeled
-            and limit is not None
-            and [path.suffix.lower() for path in job.outputs] == [".npz"]
-        ):
+        is_sparse = [path.suffix.lower() for path in job.outputs] == [".npz"]
+        if all_pairs and not labeled and limit is not None and is_sparse:
             compute_matrix(job, limit, mask)
         else:
             compute_distances(job, queries, "<f4" if single else "<f8", chosen, beyond, mask, labeled)

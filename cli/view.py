@@ -73,7 +73,7 @@ def view(
 
 def _read(path: Path) -> tuple[list[float], list["Result"], list["Cloud"]]:
     """Times, frames and tracers of a series, or one frame at time 0."""
-    from geomhw.io import read, read_cloud, read_series
+    from geomhw.io import read_frames, read_series
 
     if path.suffix.lower() != ".pvd":
         return [0.0], [read_input(path)], []
@@ -81,6 +81,5 @@ def _read(path: Path) -> tuple[list[float], list["Result"], list["Cloud"]]:
     files = [path.parent / name for frame in series for name in (frame.file, frame.tracers) if name]
     for file in files:
         add_input(file)
-    frames = [read(path.parent / frame.file) for frame in series]
-    tracers = [read_cloud(path.parent / frame.tracers) for frame in series if frame.tracers]
+    frames, tracers = read_frames(path, series)
     return [frame.time for frame in series], frames, tracers if len(tracers) == len(series) else []

@@ -114,7 +114,7 @@ def voronoi(
     answers = cells.result.report
     areas = cells.areas
     lines = [
-        source_line(answers["sites"]).replace("source", "sites", 1),
+        source_line(answers["sites"], "sites"),
         f"areas: {areas.min():.6g} to {areas.max():.6g}, sum {areas.sum():.10g}",
         f"borders: {counted(len(cells.dual_edges), 'pair')} of neighbors, length {cells.border_lengths.sum():.10g}",
     ]

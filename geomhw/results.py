@@ -186,6 +186,14 @@ class Cloud:
         """Return the values of the field with that name; raise KeyError with the existing names."""
         return _named(self.fields, name)
 
+    @property
+    def segments(self) -> Floats:
+        """Both ends of each segment of the polylines, (s, 2, 3); none without polylines."""
+        if self.lines is None:
+            return np.empty((0, 2, 3))
+        starts = np.setdiff1d(np.arange(len(self.points) - 1), self.lines[1:] - 1)
+        return np.stack([self.points[starts], self.points[starts + 1]], axis=1)
+
 
 def point_cloud(mesh: TriangleMesh, points: SurfacePoints, fields: Sequence[Field] = ()) -> Cloud:
     """Return points on a mesh as a cloud.

@@ -12,42 +12,32 @@ if TYPE_CHECKING:
 
 #: Extensions of files of curves and of points.
 CURVE_EXTENSIONS = (".vtp", ".csv")
-#: Columns of a table of points.
-COLUMNS = ("path", "x", "y", "z", "face", "b0", "b1", "b2", "arc_length")
 
 
 def write_curves(cloud: "Cloud", paths: Sequence[Path]) -> None:
     """Write polylines to files, as VTP or as a table with a row per point."""
-    from geomhw.io import write_cloud, write_csv
-
-    for path in paths:
-        if path.suffix.lower() == ".vtp":
-            write_cloud(cloud, path)
-        else:
-            columns = [cloud.points, *(cloud[name] for name in ("path", "face", "barycentric", "arc_length"))]
-            rows = zip(*(column.tolist() for column in columns), strict=True)
-            write_csv(path, [dict(zip(COLUMNS, (k, *x, f, *b, s), strict=True)) for x, k, f, b, s in rows])
+    _write(cloud, paths, "path")
 
 
 def write_points(cloud: "Cloud", paths: Sequence[Path]) -> None:
     """Write points to files, as VTP or as a table: vertex, place, face, barycentric coordinates, further fields."""
+    _write(cloud, paths, "vertex")
+
+
+def _write(cloud: "Cloud", paths: Sequence[Path], first: str) -> None:
+    """Write points to files. first: the field in the first column of tables."""
     from geomhw.io import write_cloud, write_csv
 
     for path in paths:
         if path.suffix.lower() == ".vtp":
             write_cloud(cloud, path)
-        else:
-            columns = {
-                "vertex": cloud["vertex"],
-                **dict(zip("xyz", cloud.points.T, strict=True)),
-                "face": cloud["face"],
-            }
-            columns |= {f"b{k}": weights for k, weights in enumerate(cloud["barycentric"].T)}
-            columns |= {
-                field.name: field.values for field in cloud.fields if field.name not in (*columns, "barycentric")
-            }
-            rows = zip(*(column.tolist() for column in columns.values()), strict=True)
-            write_csv(path, [dict(zip(columns, row, strict=True)) for row in rows])
+            continue
+        columns = {first: cloud[first], **dict(zip("xyz", cloud.points.T, strict=True)), "face": cloud["face"]}
+        columns |= {f"b{k}": weights for k, weights in enumerate(cloud["barycentric"].T)}
+        further = [field for field in cloud.fields if field.location == "vertex" and field.name != "barycentric"]
+        columns |= {field.name: field.values for field in further if field.name not in columns}
+        rows = zip(*(column.tolist() for column in columns.values()), strict=True)
+        write_csv(path, [dict(zip(columns, row, strict=True)) for row in rows])
 
 
 def curve_report(path: "SurfacePath") -> dict[str, Any]:

@@ -172,14 +172,13 @@ class FrameWriter:
 
     def _draw(self) -> None:
         """Draw the films and the contact sheet; all are written, or none."""
-        from geomhw.io import read, read_cloud, together, write_gif, write_mp4
+        from geomhw.io import read_frames, write_gif, write_mp4
         from geomhw.render.flow_pictures import contact_sheet, flow_film
 
-        frames, folder = self.series.frames, self.series.path.parent
-        results = [read(folder / frame.file) for frame in frames]
-        clouds = [read_cloud(folder / frame.tracers) for frame in frames if frame.tracers]
+        frames = self.series.frames
+        results, clouds = read_frames(self.series.path, frames)
         look, gif, mp4 = self.pictures.look, self.extras.get("gif"), self.extras.get("mp4")
-        with self.job.stage("render"), together():
+        with self.job.stage("render"):
             moving = {"tracers": clouds} if len(clouds) == len(results) else {}
             self.pictures.write_page(results, [frame.time for frame in frames], clouds=moving)
             if gif or mp4:

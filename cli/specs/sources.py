@@ -144,7 +144,7 @@ def source_files(text: str) -> list[Path]:
 
 
 def source_lines(path: Path) -> list[SourceSpecs]:
-    """Read a set of sources from each line of a file. Raises FormatError for a line that is none."""
+    """Read a set of sources from each line of a file. Raises FormatError for a line that has no sources."""
     from geomhw.io import read_lines
 
     return [_parse_line(path, number, line) for number, line in read_lines(path)]
@@ -171,7 +171,7 @@ def source_pairs(path: Path) -> list[SourcePair]:
 
 
 def _listed(path: Path) -> Iterator[Spec | VertexList]:
-    """Iterate over the sources on all lines of a file. Raises FormatError for a line that is none."""
+    """Iterate over the sources on all lines of a file. Raises FormatError for a line that has no sources."""
     from itertools import groupby
 
     import numpy as np
@@ -195,7 +195,7 @@ def _parse_line(path: Path, number: int, text: str) -> SourceSpecs:
 
 
 def _parse_lazily(path: Path, number: int, text: str) -> Iterator[Spec]:
-    """Iterate over the sources on a line of a file. Raises FormatError if it is none."""
+    """Iterate over the sources on a line of a file. Raises FormatError if it has no sources."""
     origin = line_origin(path, number)
     try:
         yield from _parse(text, origin)
@@ -287,11 +287,11 @@ def shortened(report: Mapping[str, Any]) -> dict[str, Any]:
     return {**report, "source_count": count, **first}
 
 
-def source_line(sources: Sequence[Any]) -> str:
-    """The reported sources in one line; if there are many, their number and the first."""
+def source_line(sources: Sequence[Any], label: str = "source") -> str:
+    """The reported sources in one line; if there are many, their number and the first. label: begins the line."""
     from geomhw.mesh.surface_points import point_name
 
     names = [point_name(source) for source in sources[:MAX_IN_LINE]]
     if len(sources) > MAX_IN_LINE:
-        return f"source: {len(sources)} points: {', '.join(names)}, ..."
-    return f"source: {', '.join(names)}"
+        return f"{label}: {len(sources)} points: {', '.join(names)}, ..."
+    return f"{label}: {', '.join(names)}"

@@ -25,11 +25,11 @@ class VertexList:
     vertices: "Ints"
     lines: "Ints"
     path: Path
-    #: Parts by name as of another source spec: none.
+    #: Parts by name, as other source specs have; a list has none.
     parts: ClassVar[Mapping[str, str | None]] = {}
 
     def resolve(self, mesh: "TriangleMesh") -> "SurfacePoints":
-        """Find the points on a mesh. Raises FieldError for the first that is none."""
+        """Find the points on a mesh. Raises FieldError for the first that does not exist."""
         from geomhw.mesh.surface_points import region_points, vertex_points
 
         def error_of_first(count: int) -> FieldError | None:

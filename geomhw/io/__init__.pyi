@@ -13,6 +13,7 @@ from .artifacts.matrices import write_matrix as write_matrix
 from .artifacts.resumable_file import ResumableFile as ResumableFile
 from .artifacts.series import Frame as Frame
 from .artifacts.series import SeriesWriter as SeriesWriter
+from .artifacts.series import read_frames as read_frames
 from .artifacts.series import read_series as read_series
 from .artifacts.tables import read_csv as read_csv
 from .artifacts.tables import write_csv as write_csv

@@ -7,11 +7,10 @@ import numpy as np
 from geomhw.arrays import Floats, Ints
 from geomhw.mesh.surface_points import SurfacePoints
 from geomhw.mesh.triangle_mesh import TriangleMesh
-from geomhw.render.curve_pictures import START_COLOR
 from geomhw.render.layers import Curves, Panel, Surface
 from geomhw.render.look import AUTOMATIC, Look
 from geomhw.render.panels import Picture, draw
-from geomhw.render.source_marks import source_marks
+from geomhw.render.source_marks import SOURCE_COLOR, source_marks
 from geomhw.render.view import choose_view
 from geomhw.results import Result
 
@@ -65,7 +64,7 @@ def cells_picture(
     divided = TriangleMesh(np.concatenate([mesh.vertices, corners]), faces)
     numbers = _colors(len(sites), result.report["dual_edges"])
     colors = np.where((owners >= 0)[:, None], CELLS[numbers[owners]], NO_CELL)
-    markers, curves = source_marks(result, START_COLOR)
+    markers, curves = source_marks(result, SOURCE_COLOR)
     panel = Panel(
         surface=Surface(colors.astype(np.uint8), "face"),
         markers=markers,
@@ -76,7 +75,7 @@ def cells_picture(
 
 def samples_picture(mesh: TriangleMesh, points: SurfacePoints, look: Look = AUTOMATIC) -> Picture:
     """Draw sample points on a mesh; errors are those of `cells_picture`."""
-    markers, curves = source_marks(Result(mesh, sources=points), START_COLOR)
+    markers, curves = source_marks(Result(mesh, sources=points), SOURCE_COLOR)
     return draw(mesh, [Panel(markers=markers, curves=curves)], look=look)
 
 

@@ -10,11 +10,10 @@ from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.render.layers import Curves, Panel, Surface
 from geomhw.render.look import AUTOMATIC, Look
 from geomhw.render.panels import Picture, draw
-from geomhw.render.source_marks import source_marks
+from geomhw.render.source_marks import FARTHEST_COLOR, SOURCE_COLOR, source_marks
 from geomhw.render.view import choose_view
 from geomhw.results import Cloud, Result
 
-START_COLOR, END_COLOR = "#c2185b", "#0b57d0"
 #: Curves are dark with a lighter outline, a halo.
 CURVE, HALO = ("#14171c", 3.0), ("#ffffff", 7.0)
 #: Meshes of at most this number of faces are subdivided for the checkerboard.
@@ -50,11 +49,8 @@ def curve_picture(
     RenderError
         If there is no OpenGL on this machine.
     """
-    assert curves.lines is not None
-    inner = np.setdiff1d(np.arange(len(curves.points) - 1), curves.lines[1:] - 1)
-    segments = np.stack([curves.points[inner], curves.points[inner + 1]], axis=1)
-    layers = [Curves(segments, *style) for style in (HALO, CURVE)]
-    marks: Sequence[tuple[SurfacePoints | None, str]] = ((starts, START_COLOR), (ends, END_COLOR))
+    layers = [Curves(curves.segments, *style) for style in (HALO, CURVE)]
+    marks: Sequence[tuple[SurfacePoints | None, str]] = ((starts, SOURCE_COLOR), (ends, FARTHEST_COLOR))
     found = [source_marks(Result(mesh, sources=points), color) for points, color in marks]
     markers = [marker for discs, _ in found for marker in discs]
     view = choose_view(mesh, mesh.faces[np.asarray(curves["face"]), 0].tolist(), look)
@@ -88,7 +84,7 @@ def log_picture(result: Result, look: Look = AUTOMATIC) -> Picture:
     dark = np.floor(centers[known] / square).sum(axis=1) % 2 == 1
     colors = np.full((len(centers), 3), UNKNOWN)
     colors[known] = np.where(dark[:, None], DARK, LIGHT)
-    markers, _ = source_marks(Result(mesh, sources=result.sources), START_COLOR)
+    markers, _ = source_marks(Result(mesh, sources=result.sources), SOURCE_COLOR)
     return draw(mesh, [Panel(surface=Surface(colors, "face"), markers=markers)], look=look)
 
 

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from geomhw.render.layers import Arrows, Panel, Surface
+from geomhw.render.layers import Arrows, Panel, Surface, arrow_scale
 from geomhw.render.look import AUTOMATIC, Look
 from geomhw.render.panels import Picture, draw
 from geomhw.results import Result
@@ -77,6 +77,4 @@ def derivative_picture(result: Result, look: Look = AUTOMATIC, size: tuple[int, 
 def _arrows(result: Result, title: str, name: str, surface: Surface) -> Panel:
     """Return a panel with one face field as arrows."""
     vectors = np.asarray(result[name])
-    lengths = np.linalg.norm(vectors, axis=1)
-    scale = float(np.quantile(lengths[lengths > 0], 0.9)) if (lengths > 0).any() else 1.0
-    return Panel(title, surface, arrows=[Arrows(vectors, scale=scale, spacing=SPACING)])
+    return Panel(title, surface, arrows=[Arrows(vectors, scale=arrow_scale(vectors), spacing=SPACING)])

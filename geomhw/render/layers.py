@@ -64,6 +64,12 @@ class Arrows:
     points: Floats | None = None
 
 
+def arrow_scale(vectors: Floats) -> float:
+    """Return a magnitude that few of the vectors that are not zero exceed, for `Arrows`."""
+    lengths = np.linalg.norm(vectors, axis=1)
+    return float(np.quantile(lengths[lengths > 0], 0.9)) if (lengths > 0).any() else 1.0
+
+
 @dataclass(frozen=True)
 class Streaks:
     """Particles as comets: a head at the position of each, and a fading tail along its past path.

@@ -23,7 +23,7 @@ from geomhw.render.colors import color_table
 from geomhw.render.view import choose_view
 from geomhw.results import Cloud, Result, answer_rank
 
-#: Color maps of the menu; the first is for numbers of one sign, the second for both signs, the third for angles.
+#: Color maps of the menu; the first is taken for numbers of one sign, the second for both signs.
 MAPS = ("viridis", "RdBu_r", "twilight", "cividis", "magma", "gray")
 #: Scripts of the viewer, in the order in which they are read.
 SCRIPTS = ("data.js", "camera.js", "drawing.js", "viewer.js")
@@ -163,7 +163,7 @@ def _arrays(frames: Sequence[Result], store: _Store, placed: Any) -> list[dict[s
             "scale": scale,
             "rgb": is_rgb,
             "kind": (kind := _kind(stack, components)),
-            "map": MAPS[("sequential", "diverging").index(kind)],
+            "map": MAPS[kind == "diverging"],
             "data": store.add(stored),
         }
         if components == 3 and not is_rgb:
@@ -211,10 +211,7 @@ def _arrow_places(mesh: TriangleMesh, location: str) -> tuple[Ints, Floats]:
 
 def _curves(name: str, cloud: Cloud, store: _Store, placed: Any) -> dict[str, Any]:
     """Description of polylines: both ends of each segment."""
-    assert cloud.lines is not None
-    starts = np.setdiff1d(np.arange(len(cloud.points) - 1), cloud.lines[1:] - 1)
-    ends = np.stack([cloud.points[starts], cloud.points[starts + 1]], axis=1)
-    return {"name": name, "data": store.add(placed(ends.reshape(-1, 3)).astype("<f4"))}
+    return {"name": name, "data": store.add(placed(cloud.segments.reshape(-1, 3)).astype("<f4"))}
 
 
 def _points(name: str, steps: Sequence[Cloud], store: _Store, placed: Any) -> dict[str, Any]:

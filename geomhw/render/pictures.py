@@ -8,14 +8,12 @@ import numpy as np
 from geomhw.errors import ArgumentError
 from geomhw.options import HEAT_METHOD
 from geomhw.render.colors import plain_number, round_spacing
-from geomhw.render.layers import Arrows, Marker, Panel, Surface
+from geomhw.render.layers import Arrows, Marker, Panel, Surface, arrow_scale
 from geomhw.render.look import AUTOMATIC, Look
 from geomhw.render.panels import Picture, draw
-from geomhw.render.source_marks import source_marks
+from geomhw.render.source_marks import FARTHEST_COLOR, SOURCE_COLOR, source_marks
 from geomhw.results import Result
 
-SOURCE_COLOR = "#c2185b"
-FARTHEST_COLOR = "#0b57d0"
 #: Isolines of distance, at most.
 ISOLINES = 20
 #: Eigenfunctions in a picture.
@@ -154,8 +152,7 @@ def helmholtz_picture(result: Result, look: Look = AUTOMATIC, size: tuple[int, i
     >>> picture = helmholtz_picture(result)
     """
     fields = {name: np.asarray(result[name]) for name in ("field", "curl_free", "coexact", "harmonic")}
-    lengths = np.linalg.norm(fields["field"], axis=1)
-    scale = float(np.quantile(lengths[lengths > 0], 0.9)) if (lengths > 0).any() else 1.0
+    scale = arrow_scale(fields["field"])
     plain = Surface()
     potential = Surface(result["potential"], colormap="PiYG", symmetric=True, label="potential [field × mesh units]")
     stream = Surface(

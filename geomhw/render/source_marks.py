@@ -9,6 +9,8 @@ from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.render.layers import Color, Curves, Marker
 from geomhw.results import Result
 
+#: Colors of sources or starts, and of the farthest point or ends.
+SOURCE_COLOR, FARTHEST_COLOR = "#c2185b", "#0b57d0"
 #: Largest numbers of sources with a label each, and with a disc each.
 MOST_LABELS, MOST_DISCS = 4, 24
 #: Arm of a cross, as a fraction of the diagonal of the bounding box.

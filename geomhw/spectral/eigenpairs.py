@@ -16,8 +16,8 @@ from geomhw.errors import ArgumentError, ConvergenceError
 from geomhw.solvers.direct import SparseLU, single_threaded
 from geomhw.spectral.block_lanczos import BLOCK, block_lanczos
 
-#: Blocks of start vectors, at most less one.
-MOST_STARTS = 9
+#: Start vectors, at most, in blocks.
+MOST_STARTS = 8
 #: Pairs that are computed beyond those asked for, so that the last eigenspace is whole.
 FURTHER = 8
 #: Eigenvalues that differ by less than this, relative to the larger, have one eigenspace.
@@ -138,7 +138,7 @@ def _dense(A: sp.csr_array, M: sp.csr_array) -> tuple[Floats, NDArray[Any]]:
 def _lanczos(A: sp.csr_array, M: sp.csr_array, k: int) -> tuple[Floats, NDArray[Any]]:
     """Block Lanczos, from as many further starts as eigenvalues below the largest are missing."""
     with single_threaded():
-        for blocks in range(1, MOST_STARTS):
+        for blocks in range(1, MOST_STARTS + 1):
             values, vectors = block_lanczos(A, M, k, start_vectors(A.shape[0], blocks * BLOCK))
             bound = gap_below(values)
             if below(A, M, bound) == np.count_nonzero(values < bound):

@@ -17,6 +17,7 @@ from geomhw.errors import FormatError
 from geomhw.io.atomic import replacing
 from geomhw.io.file_content import read_bytes
 from geomhw.io.formats.xml_tree import UNWRITABLE, parse_xml
+from geomhw.io.reading import read, read_cloud
 from geomhw.io.writing import write, write_cloud
 from geomhw.results import Cloud, Result
 
@@ -150,6 +151,13 @@ def read_series(path: str | Path) -> list[Frame]:
         return [Frame(float(item["timestep"]), item["file"], parts.get(item["timestep"])) for item in meshes]
     except (ElementTree.ParseError, KeyError, ValueError) as error:
         raise FormatError(f"{Path(path).name} is not a .pvd series that can be read: {error}") from error
+
+
+def read_frames(path: str | Path, frames: Sequence[Frame]) -> tuple[list[Result], list[Cloud]]:
+    """Read the meshes of the frames of a series, and the tracers of those that have some."""
+    folder = Path(path).parent
+    results = [read(folder / frame.file) for frame in frames]
+    return results, [read_cloud(folder / frame.tracers) for frame in frames if frame.tracers]
 
 
 def _pvd(frames: Sequence[Frame]) -> str:

@@ -197,12 +197,7 @@ function fillMenus() {
     if (!array.rgb && array.components > 1) for (let k = 0; k < array.components; k++) names.push(`${array.name}:${k}`);
     field("array").append(...names.map((name) => new Option(name, name)));
   }
-  for (const id of ["array", "map", "low", "isolines"]) {
-    const shown = scene.arrays.length > 0;
-    (id === "low" ? field(id).parentElement : field(id)).hidden = !shown;
-    document.querySelector(`label[for=${id}]`).hidden = !shown;
-  }
-  field("log").parentElement.hidden = !scene.arrays.length;
+  document.body.classList.toggle("bare", !scene.arrays.length);
   field("colorbar").hidden = true;
   field("map").append(...Object.keys(scene.maps).map((name) => new Option(name, name)));
   field("arrows").parentElement.hidden = !scene.arrays.some((array) => array.arrows);
