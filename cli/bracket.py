@@ -10,7 +10,6 @@ from geomhw_cli.options import OUTPUT, OptionGroup, command, option
 from geomhw_cli.output_options import FIELD_FILES
 from geomhw_cli.runtime.job import Job
 from geomhw_cli.specs import fields
-from geomhw_cli.specs.files import require_writable
 
 
 @command(
@@ -60,9 +59,7 @@ def bracket(
 
     if len(field_specs) != 2:
         raise click.UsageError(f"A bracket has two fields; give --field twice, not {len(field_specs)} times.")
-    if commutator:
-        require_writable([commutator], WRITABLE_MATRICES)
-    job = Job.plan("bracket", mesh_path, **files, **report)
+    job = Job.plan("bracket", mesh_path, beside=[(commutator, WRITABLE_MATRICES)], **files, **report)
     mesh = job.read()
     with job.stage("read field"):
         U, V = (tangential(mesh, fields.flow(spec, mesh)) for spec in field_specs)
@@ -72,9 +69,6 @@ def bracket(
         matrix = derivatives.commutator(U, V) if commutator else None
     energies = {name: energy(mesh, values) for name, values in arrays.items()}
     result = Result(mesh, [Field(name, "face", values) for name, values in arrays.items()], {"energies": energies})
-    job.write(result, bracket_picture)
-    if commutator:
-        write_matrix(commutator, matrix)
-        job.written.append(str(commutator))
+    job.write(result, bracket_picture, beside=[(commutator, lambda path: write_matrix(path, matrix))])
     lines = [f"energy: {energies['bracket']:.6g}, of the fields {energies['first']:.6g} and {energies['second']:.6g}"]
     job.finish(mesh, {"fields": list(field_specs), **result.report}, lines)

@@ -13,7 +13,7 @@ from geomhw_cli.options import OUTPUT, OptionGroup, command, option
 from geomhw_cli.output_options import FIELD_FILES
 from geomhw_cli.runtime.curves import CURVE_EXTENSIONS, write_points
 from geomhw_cli.runtime.job import Job
-from geomhw_cli.specs.files import Spec, require_writable, write_outputs
+from geomhw_cli.specs.files import Spec
 from geomhw_cli.specs.numbers import Number
 from geomhw_cli.specs.sources import SourceSpecs, source_files, source_line
 
@@ -86,31 +86,23 @@ def voronoi(
     """
     from geomhw.geodesic.farthest_points import farthest_points
     from geomhw.geodesic.voronoi import voronoi_cells
-    from geomhw.io import WRITABLE
     from geomhw.render.cell_pictures import cells_picture
     from geomhw.results import Field, point_cloud
     from geomhw.transport.relaxed_sites import relaxed_sites
 
-    job = Job.plan("voronoi", mesh_path, **files, **report)
-    if points_path:
-        require_writable([points_path], CURVE_EXTENSIONS)
-        require_writable([*job.outputs, points_path], [*WRITABLE, *CURVE_EXTENSIONS])
+    job = Job.plan("voronoi", mesh_path, beside=[(points_path, CURVE_EXTENSIONS)], **files, **report)
     mesh = job.read()
     with job.stage("compute"):
         points = farthest_points(mesh, sites).points if isinstance(sites, int) else sites.resolve(mesh, job.remarks)
         cells = voronoi_cells(mesh, relaxed_sites(mesh, points, relax))
 
-    def write(result: "Result", paths: Sequence[Path]) -> None:
-        write_outputs(result, paths)
-        if points_path:
-            write_points(point_cloud(mesh, cells.sites, [Field("area", "vertex", cells.areas)]), [points_path])
+    def write_sites(path: Path) -> None:
+        write_points(point_cloud(mesh, cells.sites, [Field("area", "vertex", cells.areas)]), [path])
 
     def picture(result: "Result", look: "Look") -> "Picture":
         return cells_picture(result, cells.pieces, cells.piece_labels, cells.borders, look)
 
-    job.write(cells.result, picture, write)
-    if points_path:
-        job.written.insert(len(job.outputs), str(points_path))
+    job.write(cells.result, picture, beside=[(points_path, write_sites)])
     answers = cells.result.report
     areas = cells.areas
     lines = [

@@ -54,12 +54,14 @@ class Job:
         outputs: Sequence[Path],
         no_png: bool,
         extensions: Sequence[str] = (),
+        beside: Sequence[tuple[Path | None, Sequence[str]]] = (),
         **settings: Any,
     ) -> "Job":
         """Check, before any computation, that all files can be written.
 
         Without outputs, they are ``<stem>.<command>`` with the first extension and ``.png`` in the current directory.
-        extensions: of outputs, by default those of meshes. settings: of `output_options.DRAWING`, `options.REPORT`.
+        extensions: of outputs, by default those of meshes. beside: other data files, if any, with their extensions.
+        settings: of `output_options.DRAWING`, `options.REPORT`.
         """
         from geomhw.io import WRITABLE
         from geomhw.io.locks import locked
@@ -75,8 +77,12 @@ class Job:
                 pictures.paths = {"png": Path(f"{name}.png")}
         require_writable(outputs, extensions)
         pictures.require()
-        files = [*outputs, *pictures.files]
-        require_writable(files, [*extensions, *(path.suffix.lower() for path in pictures.files)])
+        others = [(path, known) for path, known in beside if path]
+        for path, known in others:
+            require_writable([path], known)
+        further = [*(path for path, _ in others), *pictures.files]
+        files = [*outputs, *further]
+        require_writable(files, [*extensions, *(path.suffix.lower() for path in further)])
         click.get_current_context().with_resource(locked([path for path in files if path != STANDARD]))
         return cls(command, mesh_path, outputs, pictures, **settings)
 
@@ -119,17 +125,22 @@ class Job:
         picture: Callable[..., Any],
         writer: Callable[[Any, Sequence[Path]], None] = write_outputs,
         mesh: "TriangleMesh | None" = None,
+        beside: Sequence[tuple[Path | None, Callable[[Path], None]]] = (),
     ) -> None:
         """Write the data files, all or none, then the page and the picture, so that a failure to draw loses no data.
 
         picture: draws a result, with a ``look``. writer: writes a result to files, by default one on a mesh. mesh: that
-        of curves.
+        of curves. beside: other data files, if any, each with a function that writes it.
         """
+        from geomhw.io import together
         from geomhw.results import Result
 
-        with self.stage("write"):
+        others = [(path, write) for path, write in beside if path]
+        with self.stage("write"), together():
+            for path, write in others:
+                write(path)
             writer(result, self.outputs)
-        self.written += map(str, self.outputs)
+        self.written += map(str, [*self.outputs, *(path for path, _ in others)])
         if self.pictures and self.pictures.page:
             with self.stage("page"), self.telling_written([str(self.pictures.page)]):
                 frame, clouds = (Result(mesh), {"curves": result}) if mesh else (result, {})

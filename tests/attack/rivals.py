@@ -28,6 +28,7 @@ PAIRS = {
     "fluid": (f"fluid ball.off {FLUID} -o f.pvd", f"fluid ball.off {FLUID} -o f.pvd --scheme rk4"),
     "folder": (f"fluid ball.off {FLUID} --no-png", f"fluid ball.off {FLUID} --no-png --scheme rk4"),
     "curves": tuple(f"path ball.off --from {v} --to 9 -o p.vtp --png p.png --svg p.svg" for v in (0, 5)),
+    "sites": tuple(f"voronoi ball.off --sites {k} --no-png -o {k}.vtp --points s.csv" for k in (4, 5)),
     "spectrum": tuple(f"spectrum ball.off -k {k} -o e.vtp --png e.png" for k in (4, 5)),
     "page": ("view ball.off -o v.html", "view ring.off -o v.html"),
     "repair": ("repair ball.off -o r.ply", "repair ring.off -o r.ply"),

@@ -66,6 +66,21 @@ def test_a_second_run_on_a_result(command: str, target: str, folder: Path) -> No
     assert ".a.vtp.lock" not in files(folder)
 
 
+@pytest.mark.parametrize(
+    "command",
+    [
+        "voronoi ball.off --sites 4 --points t.csv",
+        "bracket ball.off --field rigid:x --field rigid:y --commutator t.mtx",
+    ],
+)
+def test_a_second_run_on_a_file_beside_the_result(command: str, folder: Path) -> None:
+    """Other data files of a command are locked with its result."""
+    target = command.split()[-1]
+    with locked([Path(target)]):
+        one_line(run(*command.split(), "--no-png", "-o", "a.vtp"), target, "another run")
+    assert files(folder) == ["ball.off"]
+
+
 def test_a_second_run_on_a_matrix(folder: Path) -> None:
     """Two runs do not write one matrix; the lock is there before the first byte."""
     with ResumableFile("D.npy", {"a": 1}, b"start", 100):

@@ -79,6 +79,11 @@ def read_vtp_cloud(name: str, data: bytes) -> Cloud:
     """
     dataset = _read(name, data, "PolyData")
     points = np.zeros((0, 3)) if dataset.points is None else dataset.points
+    if points.shape[1:] != (3,):
+        raise FormatError(f"{name}: points have three coordinates; the array has the shape {points.shape}")
+    for key, values in dataset.vertex_arrays.items():
+        if len(values) != len(points):
+            raise FormatError(f"{name}: array '{key}' has {len(values)} values for {counted(len(points), 'point')}")
     lines = [cells for cells in dataset.cells if len(cells.types) and (cells.types == LINE).all()]
     order, ends = np.arange(len(points)), None
     if lines:
