@@ -21,6 +21,8 @@ from geomhw.errors import ConvergenceError
 
 #: Right-hand sides from which compiled loops are faster than SuperLU, the time to load them included.
 BLOCK = 8
+#: A row with more entries than this times the square root of the size is dense (the rule of Amestoy, Davis, Duff 1996).
+DENSE = 10
 #: Solvers call BLAS for thousands of small blocks; to start threads for them takes ten times as long as the work.
 _blas = ThreadpoolController()
 NO_SOLUTION = "the linear system has no finite solution; look for faces of nearly no area"
@@ -53,14 +55,12 @@ class SparseLU:
     def __init__(self, matrix: sp.csr_array) -> None:
         self._dtype = np.result_type(matrix.dtype, float)
         self._order: Ints = reverse_cuthill_mckee(sp.csr_array(matrix), symmetric_mode=True)
+        dense = (np.diff(matrix.indptr) > DENSE * len(self._order) ** 0.5)[self._order]
+        if dense.any():
+            self._order = _dense_last(matrix, self._order[~dense], self._order[dense])
         self._rank = np.argsort(self._order)
         try:
-            self._lu = splu(
-                permuted(matrix, self._order).tocsc(),
-                permc_spec="MMD_AT_PLUS_A",
-                diag_pivot_thresh=0.0,
-                options={"SymmetricMode": True},
-            )
+            self._lu = _factored(permuted(matrix, self._order), "NATURAL" if dense.any() else "MMD_AT_PLUS_A")
         except RuntimeError as error:
             raise ConvergenceError(f"{NO_SOLUTION} ({error})") from error
 
@@ -97,6 +97,19 @@ class SparseLU:
         L.sort_indices()
         U.sort_indices()
         return L, U
+
+
+def _factored(matrix: sp.csr_array, ordering: str) -> Any:
+    return splu(matrix.tocsc(), permc_spec=ordering, diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+
+
+def _dense_last(matrix: sp.csr_array, sparse: Ints, dense: Ints) -> Ints:
+    """Return the minimum-degree order of the sparse rows, then the dense ones, which take SuperLU quadratic time."""
+    pattern = sp.csr_array(matrix[sparse][:, sparse], dtype=float, copy=True)
+    pattern.data[:] = -1.0
+    pattern += sp.diags_array(np.diff(pattern.indptr) + 1.0)
+    order = np.argsort(_factored(pattern, "MMD_AT_PLUS_A").perm_c)
+    return np.concatenate([sparse[order], dense])
 
 
 def _finite(x: NDArray[Any]) -> NDArray[Any]:

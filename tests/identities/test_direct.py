@@ -5,6 +5,7 @@ import pytest
 import scipy.sparse as sp
 
 from geomhw.errors import ConvergenceError
+from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.operators import backward_euler, complex_connection_stiffness, stiffness
 from geomhw.solvers.direct import BLOCK, DirectSolver, SparseLU
 from geomhw.solvers.nullspace import free_unknowns, without_mean
@@ -89,3 +90,18 @@ def test_means_are_removed(name: str) -> None:
         alone = [without_mean(column, labels, **options) for column in columns.T]  # type: ignore[arg-type]
         together = without_mean(columns, labels, **options)  # type: ignore[arg-type]
         np.testing.assert_allclose(together, np.stack(alone, axis=1), atol=1e-13)
+
+
+def test_dense_rows_are_eliminated_last() -> None:
+    """A bipyramid of 2,000 faces has two rows of 1,000 neighbors: little fill, and the solution of dense algebra."""
+    n = 1000
+    turn = np.linspace(0, 2 * np.pi, n, endpoint=False)
+    ring = np.stack([np.cos(turn), np.sin(turn), 0 * turn], axis=1)
+    i = np.arange(n)
+    sides = [np.stack([i, np.roll(i, s), np.full(n, n + k)], axis=1) for k, s in enumerate((-1, 1))]
+    mesh = TriangleMesh(np.vstack([ring, [[0, 0, 1], [0, 0, -1]]]), np.vstack(sides))
+    solve = SparseLU(A := backward_euler(mesh.vertex_areas, stiffness(mesh), mesh.mean_edge_length**2))
+    assert set(solve._order[-2:]) == {n, n + 1}
+    assert solve._lu.L.nnz <= 5 * (n + 2)
+    b = np.random.default_rng(0).normal(size=n + 2)
+    np.testing.assert_allclose(solve(b), np.linalg.solve(A.toarray(), b), rtol=0, atol=1e-11)
