@@ -1,6 +1,6 @@
 """Curves of a file: tables and polylines of points, or lines of points written as sources."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -40,15 +40,15 @@ def _from_columns(path: Path, mesh: "TriangleMesh", columns: Mapping[str, Any]) 
     """Return the points of each curve of a table."""
     import numpy as np
 
-    from geomhw.mesh import nearest_point
-    from geomhw.mesh.surface_points import concatenate, face_point
+    from geomhw.mesh import nearest_points
+    from geomhw.mesh.surface_points import face_points
 
     if not (set(_WEIGHTS) <= set(columns) or set(_PLACE) <= set(columns)) or not len(next(iter(columns.values()))):
         raise FormatError(f"{path} has no points: it needs the columns {', '.join(_WEIGHTS)}, or {', '.join(_PLACE)}")
     if set(_WEIGHTS) <= set(columns):
-        rows: Iterator[Sequence[float]] = zip(*(columns[name].tolist() for name in _WEIGHTS), strict=True)
-        points = [face_point(mesh, int(face), weights) for face, *weights in rows]
+        faces, *weights = (columns[name] for name in _WEIGHTS)
+        points = face_points(mesh, faces.astype(np.int64), np.stack(weights, axis=1))
     else:
-        points = [nearest_point(mesh, place) for place in zip(*(columns[name] for name in _PLACE), strict=True)]
+        points = nearest_points(mesh, np.stack([columns[name] for name in _PLACE], axis=1))
     curve = columns.get("path", np.zeros(len(points)))
-    return [concatenate([points[k] for k in np.flatnonzero(curve == name)]) for name in np.unique(curve)]
+    return [points[np.flatnonzero(curve == name)] for name in np.unique(curve)]

@@ -253,7 +253,7 @@ def _near_remarks(
     """The distances of places in space from the surface, the largest first; those beyond `FAR` are warnings."""
     from math import dist
 
-    from geomhw.mesh.surface_points import bounding_box
+    from geomhw.mesh.nearest import bounding_box
 
     places = [(near, part) for spec, part in zip(specs, parts, strict=True) if (near := spec.parts.get("near"))]
     found = [(dist(_triple(near), part.positions(mesh)[0].tolist()), near) for near, part in places]

@@ -8,6 +8,7 @@ from .implicit_surfaces import implicit_surface as implicit_surface
 from .inserted_points import InsertedPoints as InsertedPoints
 from .inserted_points import insert_points as insert_points
 from .nearest import nearest_point as nearest_point
+from .nearest import nearest_points as nearest_points
 from .orientation import (
     orientation_cover as orientation_cover,
 )

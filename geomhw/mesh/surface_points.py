@@ -237,21 +237,36 @@ def face_point(mesh: TriangleMesh, face: int, weights: ArrayLike | None = None) 
     >>> face_point(grid(1, 1), 0, [0.5, 0.25, 0.25]).positions(grid(1, 1))
     array([[0.5 , 0.25, 0.  ]])
     """
-    if not 0 <= face < mesh.n_faces:
-        raise ArgumentError(f"face {face} does not exist: the mesh has {mesh.n_faces} faces (0 to {mesh.n_faces - 1})")
-    b = np.full(3, 1 / 3) if weights is None else np.asarray(weights, dtype=float)
-    given = ", ".join(f"{x:g}" for x in b.ravel())
-    if b.shape != (3,) or not np.isfinite(b).all():
-        raise ArgumentError(f"a point in face {face} has three barycentric coordinates, not {given}")
-    if (b < 0).any():
-        raise ArgumentError(f"barycentric coordinates {given} lie outside of face {face}; none may be negative")
-    if abs(b.sum() - 1) > ROUNDED_SUM:
-        raise ArgumentError(f"barycentric coordinates {given} in face {face} sum to {b.sum():g}; they must sum to 1")
+    return face_points(mesh, [face], np.asarray([np.full(3, 1 / 3) if weights is None else weights]))
+
+
+def face_points(mesh: TriangleMesh, faces: Sequence[int] | Ints, weights: ArrayLike) -> SurfacePoints:
+    """Select points in faces, (k,), by barycentric coordinates, (k, 3); check each as `face_point` does."""
+    face, b = np.asarray(faces), np.asarray(weights, dtype=float)
+    m = mesh.n_faces
+    for outside in face[(face < 0) | (face >= m)][:1]:
+        raise ArgumentError(f"face {outside} does not exist: the mesh has {m} faces (0 to {m - 1})")
+    if b.shape != (len(face), 3):
+        raise ArgumentError(
+            f"a point in face {face[0]} has three barycentric coordinates, not {', '.join(f'{x:g}' for x in b.ravel())}"
+        )
+    sums = b.sum(axis=1)
+    faults = {
+        "a point in face {face} has three barycentric coordinates, not {given}": ~np.isfinite(sums),
+        "barycentric coordinates {given} lie outside of face {face}; none may be negative": (b < 0).any(axis=1),
+        "barycentric coordinates {given} in face {face} sum to {sum:g}; they must sum to 1": abs(sums - 1)
+        > ROUNDED_SUM,
+    }
+    for sentence, wrong in faults.items():
+        for k in np.flatnonzero(wrong)[:1]:
+            raise ArgumentError(sentence.format(face=face[k], given=", ".join(f"{x:g}" for x in b[k]), sum=sums[k]))
     b = np.where(b < SNAP, 0.0, b)
+    b /= b.sum(axis=1, keepdims=True)
     corners = mesh.faces[face].astype(np.int64)
-    if np.count_nonzero(b) == 1:
-        return vertex_points(mesh, corners[b > 0])
-    return SurfacePoints(np.array([face]), corners[None], b[None] / b.sum())
+    at_corner = np.count_nonzero(b, axis=1) == 1
+    corners[at_corner] = corners[at_corner, b[at_corner].argmax(axis=1), None]
+    b[at_corner] = 1.0, 0.0, 0.0
+    return SurfacePoints(np.where(at_corner, -1, face), corners, b)
 
 
 def boundary_points(mesh: TriangleMesh) -> SurfacePoints:
@@ -271,12 +286,6 @@ def boundary_points(mesh: TriangleMesh) -> SurfacePoints:
     if mesh.is_closed:
         raise ArgumentError("the mesh has no boundary; name vertices or faces as sources")
     return vertex_points(mesh, mesh.boundary_vertices)
-
-
-def bounding_box(mesh: TriangleMesh) -> tuple[Floats, Floats]:
-    """Return the corner of least and the corner of largest coordinates of the vertices on faces, (3,) each."""
-    used = mesh.vertices[np.unique(mesh.faces)]
-    return used.min(axis=0), used.max(axis=0)
 
 
 def extreme_vertex(mesh: TriangleMesh, axis: int, sign: int) -> int:

@@ -5,9 +5,11 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
+from geomhw.arrays import Floats
 from geomhw.geodesic.heat_method import HeatDistance
 from geomhw.geodesic.source_conditions import known_distances
-from geomhw.mesh.nearest import nearest_on_surface, nearest_point
+from geomhw.mesh.closest_faces import closest_faces
+from geomhw.mesh.nearest import nearest_point, nearest_points
 from geomhw.mesh.primitives import grid, icosphere, strip
 from geomhw.mesh.surface_points import SurfacePoints, concatenate, face_point, vertex_points
 from geomhw.mesh.triangle_mesh import TriangleMesh
@@ -184,7 +186,7 @@ def test_nearest_point_of_the_surface() -> None:
         for weights in (INSIDE, [0.9, 0.05, 0.05]):
             place = face_point(mesh, face, weights).positions(mesh)[0]
             for height in (0.0, 0.02, -0.01):
-                found, b = nearest_on_surface(mesh, place + height * mesh.face_normals[face])
+                (found,), (b,) = closest_faces(mesh, (place + height * mesh.face_normals[face])[None])
                 assert found == face
                 np.testing.assert_allclose(b, weights, atol=1e-10)
     a, b = mesh.edges[70]
@@ -195,6 +197,32 @@ def test_nearest_point_of_the_surface() -> None:
     for vertex in (0, 77):
         assert nearest_point(mesh, mesh.vertices[vertex]).report() == [vertex]
         assert nearest_point(mesh, 9 * mesh.vertices[vertex]).report() == [vertex]
+
+
+@pytest.mark.parametrize("name", ["crumpled_torus", "strip", "triangle", "two_spheres"])
+def test_nearest_points_are_those_of_all_faces(name: str) -> None:
+    """The tree of boxes finds what a search of all faces finds, near the surface and far from it."""
+    mesh = zoo_mesh(name)
+    rng = np.random.default_rng(0)
+    places = (
+        mesh.vertices.mean(axis=0) + np.ptp(mesh.vertices) * rng.normal(size=(40, 3)) * np.logspace(-1, 1, 40)[:, None]
+    )
+    found = nearest_points(mesh, places).positions(mesh)
+    corners = mesh.vertices[mesh.faces]
+    for place, position in zip(places, found, strict=True):
+        best = min(np.linalg.norm(closest_in_triangle(place, triangle) - place) for triangle in corners)
+        assert np.linalg.norm(position - place) == pytest.approx(best, rel=1e-12)
+
+
+def closest_in_triangle(p: Floats, triangle: Floats) -> Floats:
+    """Return the closest point of a triangle by quadratic minimization on its interior and its edges."""
+    a, b, c = triangle
+    system = np.stack([b - a, c - a], axis=1)
+    s, t = np.linalg.lstsq(system, p - a, rcond=None)[0]
+    ends = [(a, b), (b, c), (c, a)]
+    points = [u + np.clip((p - u) @ (v - u) / ((v - u) @ (v - u)), 0, 1) * (v - u) for u, v in ends]
+    points += [a + system @ [s, t]] if min(s, t, 1 - s - t) >= 0 else []
+    return min(points, key=lambda point: float(np.linalg.norm(point - p)))
 
 
 # -- vectors -------------------------------------------------------------------------------------------------------
