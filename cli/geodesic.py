@@ -23,6 +23,7 @@ from geomhw_cli.specs.label_tables import LabelTable
 from geomhw_cli.specs.masks import MaskSpec, MeshPart
 from geomhw_cli.specs.numbers import LARGEST, SMALLEST, Number
 from geomhw_cli.specs.queries import DistanceQueries
+from geomhw_cli.specs.shards import WHOLE, ShardPart, shard_option
 from geomhw_cli.specs.sources import MAX_IN_LINE, MAX_REPORTED, SourceSpecs, shortened, source_line
 
 if TYPE_CHECKING:
@@ -129,6 +130,7 @@ if TYPE_CHECKING:
         ),
         option("--beyond", "VALUE", Number(-inf, inf), "Written in place of infinite distances.", default=inf),
         flag("--single", "Single precision, with --all-pairs, --pairs or --sources."),
+        shard_option("sources of --all-pairs, --pairs or --sources", "such as -o D.K.shard"),
     ),
     options.REPORT,
 )
@@ -149,6 +151,7 @@ def geodesic(
     panels: tuple[str, ...],
     beyond: float,
     single: bool,
+    shard: ShardPart | None,
     report: dict[str, Any],
 ) -> None:
     """Compute geodesic distance on MESH by the heat method, or exact distance.
@@ -188,12 +191,17 @@ def geodesic(
         raise click.UsageError("--single and --labels exclude each other.")
     if queries := DistanceQueries.parse(all_pairs, pairs, source_file, single, others):
         job = Job("geodesic", mesh_path, files["outputs"], **report)
-        is_sparse = [path.suffix.lower() for path in job.outputs] == [".npz"]
-        if all_pairs and not labeled and limit is not None and is_sparse:
-            compute_matrix(job, limit, mask)
+        ends, is_dense = [path.suffix.lower() for path in job.outputs], single or beyond != inf
+        may_be_sparse = all_pairs and not labeled and ends in ([".npz"], [".shard"])
+        if may_be_sparse and is_dense and ends == [".npz"]:
+            raise click.UsageError("--single and --beyond are not for sparse matrices; give -o D.npy.")
+        if limit is not None and may_be_sparse and not is_dense:
+            compute_matrix(job, limit, mask, shard or WHOLE)
         else:
-            compute_distances(job, queries, "<f4" if single else "<f8", chosen, beyond, mask, labeled)
+            compute_distances(job, queries, "<f4" if single else "<f8", chosen, beyond, mask, labeled, shard or WHOLE)
         return
+    if shard:
+        raise click.UsageError("--shard is for --all-pairs, --pairs and --sources.")
     job = Job.plan("geodesic", mesh_path, **files, **report)
     if chosen.name == "exact":
         _exact(job, mask, sources, to, chosen.settings["limit"], beyond, panels)

@@ -12,6 +12,7 @@ import click
 from geomhw import __version__
 from geomhw.errors import ArgumentError, GeomhwError, Remedy
 from geomhw_cli.advect import advect
+from geomhw_cli.batch import batch
 from geomhw_cli.bracket import bracket
 from geomhw_cli.center import center
 from geomhw_cli.compare import compare
@@ -21,6 +22,7 @@ from geomhw_cli.geodesic import geodesic
 from geomhw_cli.helmholtz import helmholtz
 from geomhw_cli.info import info
 from geomhw_cli.logmap import logmap
+from geomhw_cli.merge import merge
 from geomhw_cli.operators import operators
 from geomhw_cli.path import path
 from geomhw_cli.push import push
@@ -122,6 +124,7 @@ def program() -> None:
 
 for command in (
     advect,
+    batch,
     bracket,
     center,
     compare,
@@ -131,6 +134,7 @@ for command in (
     helmholtz,
     info,
     logmap,
+    merge,
     operators,
     path,
     push,

@@ -1,5 +1,8 @@
 """Distances for many queries on one mesh, written block by block to a file from which an interrupted run resumes."""
 
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import partial as partial_call
 from math import inf, prod
 from typing import TYPE_CHECKING, Any
 
@@ -7,6 +10,14 @@ import click
 
 from geomhw.wording import counted
 from geomhw_cli.runtime.accuracy import accuracy_lines
+from geomhw_cli.runtime.distance_files import (
+    EXTENSIONS,
+    file_chunks,
+    pair_lines,
+    statistics_of,
+    write_labels,
+    write_pairs,
+)
 from geomhw_cli.runtime.job import Job, robust_line, time_line
 from geomhw_cli.runtime.progress import progress
 from geomhw_cli.specs.distance_methods import DistanceMethod
@@ -14,12 +25,13 @@ from geomhw_cli.specs.files import require_writable
 from geomhw_cli.specs.label_tables import LabelTable
 from geomhw_cli.specs.masks import MaskSpec, MeshPart
 from geomhw_cli.specs.queries import DistanceQueries, ResolvedQueries
+from geomhw_cli.specs.shards import WHOLE, ShardPart
 
 if TYPE_CHECKING:
-    from geomhw.arrays import Floats
     from geomhw.geodesic.heat_method import HeatDistance
     from geomhw.geodesic.label_groups import LabelGroups
     from geomhw.io import ResumableFile
+    from geomhw.mesh.triangle_mesh import TriangleMesh
 
 
 def compute_distances(
@@ -30,15 +42,17 @@ def compute_distances(
     beyond: float,
     mask: MaskSpec | None,
     table: LabelTable | None = None,
+    shard: ShardPart = WHOLE,
 ) -> None:
     """Compute the distances and write them to the output of the job, which must be one file.
 
-    dtype: ``<f4`` or ``<f8``. beyond: the value for infinite distances. Blocks depend on the mesh alone, so that a
-    resumed run writes the same bytes.
+    dtype: ``<f4`` or ``<f8``. beyond: the value for infinite distances. shard: the part of the sources to compute.
+    Blocks depend on the mesh alone, so that a resumed run and shards write the same bytes.
     """
     from geomhw.geodesic.heat_method import HeatDistance, block_size
 
-    _check_files(job, queries, table)
+    kind = "pairs" if queries.is_pairs else "labels" if table else "rows"
+    _check_files(job, queries, EXTENSIONS[kind], shard)
     whole = job.read()
     part = MeshPart.of(whole, mask)
     mesh, resolved = part.mesh, queries.resolve(whole)
@@ -48,46 +62,30 @@ def compute_distances(
     groups = table.groups(part) if table else None
     with job.stage("set up"):
         solver = method.solver(mesh, resolved.count)
-    run = {"mesh": mesh.digest, "question": queries.option, "sources": queries.digest, "precision": dtype}
-    run |= method.report() | ({"beyond": str(beyond)} if beyond != inf else {})
-    run |= table.report() if table else {}
-    shape = (resolved.count, len(groups.statistics), len(groups.values)) if groups else resolved.shape(mesh)
-    partial = _open_partial(job, run, shape, dtype)
-    resumed, size = partial.done, block_size(mesh.n_vertices)
-    statistics = {"largest_distance": 0.0, "unreachable": 0, **partial.note}
-    with partial:
+    run = _identity(mesh, queries, dtype, method, beyond, table)
+    size = block_size(mesh.n_vertices)
+    batch = _Batch(resolved, dtype, beyond, groups, *shard.range(resolved.count, size))
+    unfinished = _open_unfinished(job, run | shard.report(), batch.shape(mesh, batch.first, batch.last), dtype)
+    resumed = unfinished.done
+    with unfinished:
         try:
-            with progress("geodesic") as bar:
-                for first in range(resumed, resolved.count, size):
-                    last = min(first + size, resolved.count)
-                    with job.stage("compute"):
-                        values = resolved.distances(mesh, method.rows(solver), first, last)
-                    with job.stage("write"):
-                        if groups:
-                            values = groups.of_rows(values)
-                        else:
-                            _update(statistics, values)
-                            values[values == inf] = beyond
-                        partial.append(values.astype(dtype).tobytes(), last, statistics)
-                    bar(last / resolved.count)
+            statistics = batch.fill(job, mesh, method.rows(solver), unfinished, size)
             with job.stage("write"):
-                if groups:
-                    _write_table(job, groups, partial, beyond, statistics)
-                elif queries.is_pairs:
-                    _write_pairs(job, queries, resolved, partial, dtype)
-                else:
-                    partial.finish()
+                about = {"shape": batch.shape(mesh, 0, resolved.count), "dtype": dtype, "beyond": str(beyond)}
+                about |= (groups.report() if groups else {}) | statistics
+                statistics |= _finish(job, kind, queries, batch, unfinished, run, about, shard)
         except KeyboardInterrupt as stop:
-            if partial.done:
-                done = f"{partial.done} of {resolved.count} sources are kept in {partial.path.name}"
+            if unfinished.done:
+                done = f"{unfinished.done} of {batch.last - batch.first} sources are kept in {unfinished.path.name}"
                 stop.args = (f"{done}, and the same command goes on from there",)
             raise
     job.written.append(str(job.outputs[0]))
     report = {
         "question": queries.option.removeprefix("--"),
-        "queries": resolved.count,
+        "queries": batch.last - batch.first,
+        **shard.report(),
         "resumed_after": resumed,
-        "shape": list(shape),
+        "shape": list(batch.shape(mesh, batch.first, batch.last)),
         "numbers": "single" if dtype == "<f4" else "double",
         **statistics,
         **solver.settings(),
@@ -96,7 +94,8 @@ def compute_distances(
     if isinstance(solver, HeatDistance) and not job.quiet:
         report["accuracy"] = _accuracy(solver, resolved, report["refined"])
     lines = [
-        f"sources: {resolved.count}" + (f", of which {resumed} were there" if resumed else ""),
+        f"sources: {report['queries']}" + (f", of which {resumed} were there" if resumed else ""),
+        *shard.lines(),
         f"largest: {report['largest_distance']:.10g}",
     ]
     if "time" in report:
@@ -111,6 +110,94 @@ def compute_distances(
     job.finish(whole, report, lines)
 
 
+@dataclass(frozen=True)
+class _Batch:
+    """The sources ``first`` to ``last`` - 1 of some queries, and what is written of their distances."""
+
+    queries: ResolvedQueries
+    dtype: str
+    beyond: float
+    groups: "LabelGroups | None"
+    first: int
+    last: int
+
+    def shape(self, mesh: "TriangleMesh", first: int, last: int) -> tuple[int, ...]:
+        """Shape of the answers to some sources."""
+        if self.groups:
+            return (last - first, len(self.groups.statistics), len(self.groups.values))
+        return self.queries.shape(mesh, first, last)
+
+    def fill(self, job: Job, mesh: "TriangleMesh", rows_of: Any, unfinished: "ResumableFile", size: int) -> Any:
+        """Compute and append all blocks that are not there; return the statistics of all."""
+        statistics: Mapping[str, Any] = {"largest_distance": 0.0, "unreachable": 0, **unfinished.note}
+        with progress("geodesic") as bar:
+            for begin in range(self.first + unfinished.done, self.last, size):
+                end = min(begin + size, self.last)
+                with job.stage("compute"):
+                    values = self.queries.distances(mesh, rows_of, begin, end)
+                with job.stage("write"):
+                    if self.groups:
+                        values = self.groups.of_rows(values)
+                    else:
+                        statistics = statistics_of(values, statistics)
+                        values[values == inf] = self.beyond
+                    unfinished.append(values.astype(self.dtype).tobytes(), end - self.first, statistics)
+                bar((end - self.first) / (self.last - self.first))
+        return dict(statistics)
+
+
+def _identity(
+    mesh: "TriangleMesh",
+    queries: DistanceQueries,
+    dtype: str,
+    method: DistanceMethod,
+    beyond: float,
+    table: LabelTable | None,
+) -> dict[str, Any]:
+    """What tells a run from others: its partial file and its shards are those of no other run."""
+    from geomhw import __version__
+
+    run = {"version": __version__, "mesh": mesh.digest, "question": queries.option, "sources": queries.digest}
+    run |= {"precision": dtype} | method.report() | ({"beyond": str(beyond)} if beyond != inf else {})
+    return run | (table.report() if table else {})
+
+
+def _finish(
+    job: Job,
+    kind: str,
+    queries: DistanceQueries,
+    batch: _Batch,
+    unfinished: "ResumableFile",
+    run: Mapping[str, Any],
+    about: Mapping[str, Any],
+    shard: ShardPart,
+) -> dict[str, Any]:
+    """Make the output, a whole file or a shard, of the unfinished one; return statistics that replace others."""
+    import numpy as np
+
+    from geomhw.io.artifacts.shards import write_shard
+
+    output, start, found = job.outputs[0], unfinished.start, dict[str, Any]()
+    chunks: Any = partial_call(file_chunks, unfinished.path, start)
+    if kind == "pairs":
+        distances = np.fromfile(unfinished.path, dtype=batch.dtype, offset=start)
+        words = [pair.words for pair in queries.pairs]
+        chunks = partial_call(pair_lines, words, batch.queries.lines_of(batch.first, batch.last), distances)
+    if not shard.is_whole:
+        write_shard(output, run, shard.number, shard.of, kind, about, chunks)
+    elif kind == "pairs":
+        write_pairs(output, chunks(), batch.dtype)
+    elif kind == "labels":
+        shape = tuple(about["shape"])
+        values = np.memmap(unfinished.path, dtype=batch.dtype, mode="r", offset=start, shape=shape)
+        found = write_labels(output, values, about)
+    else:
+        unfinished.finish()
+        return found
+    unfinished.discard()
+    return found
+
+
 def _accuracy(solver: "HeatDistance", resolved: ResolvedQueries, refined: bool) -> dict[str, Any]:
     """The errors of the distances from the first sources that lie on the surface."""
     from geomhw.geodesic.accuracy import distance_errors
@@ -123,98 +210,56 @@ def _accuracy(solver: "HeatDistance", resolved: ResolvedQueries, refined: bool) 
     return {"exact": False, "of_sources": points.report(), **distance_errors(mesh, points, solver.rows([points])[0])}
 
 
-def compute_matrix(job: Job, limit: float, mask: MaskSpec | None) -> None:
+def compute_matrix(job: Job, limit: float, mask: MaskSpec | None, shard: ShardPart = WHOLE) -> None:
     """Write the sparse matrix of exact distances between all vertices within a limit to the output of the job."""
+    from geomhw import __version__
+    from geomhw.geodesic.distance_matrix import symmetric_matrix
     from geomhw.geodesic.exact import ExactDistance
     from geomhw.io import write_matrix
+    from geomhw.io.artifacts.shards import write_shard
+    from geomhw_cli.runtime.sparse_shards import entries
 
-    require_writable(job.outputs, [".npz"])
+    require_writable(job.outputs, shard.extensions(EXTENSIONS["sparse"]))
     mesh = job.read()
     with job.stage("set up"):
-        solver = ExactDistance(MeshPart.of(mesh, mask).mesh)
+        part = MeshPart.of(mesh, mask).mesh
+        solver = ExactDistance(part)
+    n = mesh.n_vertices
     with job.stage("compute"):
-        matrix = solver.matrix(limit)
+        found = solver.pairs(limit, slice(shard.number - 1, None, shard.of))
+    stored = 2 * len(found[0]) - int((found[0] == found[1]).sum())
+    statistics = {"largest_distance": float(found[2].max(initial=0.0)), "unreachable": 0}
     with job.stage("write"):
-        write_matrix(job.outputs[0], matrix)
+        if not shard.is_whole:
+            run = {"version": __version__, "mesh": part.digest, "question": "--all-pairs", "limit": limit}
+            about = {"shape": [n, n], "stored": stored, **statistics}
+            write_shard(job.outputs[0], run, shard.number, shard.of, "sparse", about, lambda: [entries(*found)])
+        else:
+            write_matrix(job.outputs[0], symmetric_matrix(*found, n))
     job.written.append(str(job.outputs[0]))
-    n, stored, largest = mesh.n_vertices, matrix.nnz, float(matrix.data.max(initial=0.0))
-    report = {"question": "all-pairs", "queries": n, "shape": [n, n], "stored": stored, "largest_distance": largest}
-    lines = [f"sources: {n}", f"stored: {stored} distances within {limit:g}", f"largest: {largest:.10g}"]
-    job.finish(mesh, {**report, **solver.settings(), "limit": limit}, lines)
+    report = {"question": "all-pairs", "queries": n, **shard.report(), "shape": [n, n], "stored": stored}
+    lines = [f"sources: {n}", *shard.lines(), f"stored: {stored} distances within {limit:g}"]
+    lines.append(f"largest: {statistics['largest_distance']:.10g}")
+    job.finish(
+        mesh, report | {"largest_distance": statistics["largest_distance"], **solver.settings(), "limit": limit}, lines
+    )
 
 
-def _check_files(job: Job, queries: DistanceQueries, table: LabelTable | None) -> None:
+def _check_files(job: Job, queries: DistanceQueries, extensions: list[str], shard: ShardPart) -> None:
     """Raise an error unless there is one output, and it and the files of a partial run can be written."""
     if len(job.outputs) != 1:
-        raise click.UsageError(f"{queries.option} writes one file; give -o D.{'csv' if table else 'npy'}.")
+        end = ".shard" if not shard.is_whole else extensions[0]
+        raise click.UsageError(f"{queries.option} writes one file; give -o D{end}.")
     (output,) = job.outputs
-    extensions = [".csv"] if table else [".npy", ".csv"] if queries.is_pairs else [".npy"]
-    require_writable([output], extensions)
+    require_writable([output], shard.extensions(extensions))
     partial = [output.with_name(f"{output.stem}.partial{suffix}") for suffix in (".npy", ".json")]
     require_writable(partial, [".npy", ".json"])
 
 
-def _open_partial(job: Job, run: dict[str, Any], shape: tuple[int, ...], dtype: str) -> "ResumableFile":
+def _open_unfinished(job: Job, run: dict[str, Any], shape: tuple[int, ...], dtype: str) -> "ResumableFile":
     """The file of all distances, with those of an earlier run if it was the same."""
-    from geomhw import __version__
     from geomhw.io.artifacts.arrays import npy_header
     from geomhw.io.artifacts.resumable_file import ResumableFile
 
     header = npy_header(shape, dtype)
-    size = len(header) + prod(shape) * int(dtype[-1])
-    return ResumableFile(job.outputs[0], {"version": __version__, **run}, header, size, ".npy")
-
-
-def _update(statistics: dict[str, Any], values: "Floats") -> None:
-    """Include values in the largest finite distance and the number of infinite ones."""
-    import numpy as np
-
-    finite = np.isfinite(values)
-    statistics["largest_distance"] = max(statistics["largest_distance"], float(values.max(where=finite, initial=0.0)))
-    statistics["unreachable"] += int(values.size - np.count_nonzero(finite))
-
-
-def _write_table(
-    job: Job, groups: "LabelGroups", partial: "ResumableFile", beyond: float, statistics: dict[str, Any]
-) -> None:
-    """Write the statistics between labels, one row per pair, and include them in the statistics of the report."""
-    import numpy as np
-
-    from geomhw.io import write_csv
-
-    table = groups.table(np.load(partial.path, mmap_mode="r"))
-    _update(statistics, table)
-    table[table == inf] = beyond
-    labels = [int(value) if value.is_integer() else value for value in groups.values.tolist()]
-    rows = [
-        {"source": source, "target": target, **dict(zip(groups.statistics, values, strict=True))}
-        for k, source in enumerate(labels)
-        for target, values in zip(labels, table[:, k].T.tolist(), strict=True)
-    ]
-    write_csv(job.outputs[0], rows)
-    partial.discard()
-
-
-def _write_pairs(
-    job: Job, queries: DistanceQueries, resolved: ResolvedQueries, partial: "ResumableFile", dtype: str
-) -> None:
-    """Write the distances of pairs in the order of their lines."""
-    import csv
-
-    import numpy as np
-
-    from geomhw.io import replacing
-    from geomhw.io.artifacts.arrays import npy_header, read_numpy
-
-    distances = np.empty(len(queries.pairs), dtype=dtype)
-    distances[resolved.lines] = read_numpy(partial.bytes_so_far())
-    with replacing(job.outputs) as (temporary,):
-        if job.outputs[0].suffix.lower() == ".npy":
-            temporary.write_bytes(npy_header(distances.shape, dtype) + distances.tobytes())
-        else:
-            rows = zip(queries.pairs, distances.tolist(), strict=True)
-            with temporary.open("w", encoding="utf-8", newline="") as stream:
-                writer = csv.writer(stream, lineterminator="\n")
-                writer.writerow(["source", "target", "distance"])
-                writer.writerows([*pair.words, repr(distance)] for pair, distance in rows)
-    partial.discard()
+    return ResumableFile(job.outputs[0], run, header, len(header) + prod(shape) * int(dtype[-1]), ".npy")

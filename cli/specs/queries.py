@@ -89,9 +89,18 @@ class ResolvedQueries:
     lines: "Ints | None" = None
     remarks: Sequence[str] = ()
 
-    def shape(self, mesh: "TriangleMesh") -> tuple[int, ...]:
-        """Shape of all distances: (sets, n), or (pairs,)."""
-        return (self.count, mesh.n_vertices) if self.lines is None else (len(self.lines),)
+    def shape(self, mesh: "TriangleMesh", first: int, last: int) -> tuple[int, ...]:
+        """Shape of the distances from the sets ``first`` to ``last`` - 1: (sets, n), or (pairs,)."""
+        return (last - first, mesh.n_vertices) if self.lines is None else (len(self.lines_of(first, last)),)
+
+    def lines_of(self, first: int, last: int) -> "Ints":
+        """The lines of the file that the distances from these sets stand in."""
+        import numpy as np
+
+        assert self.targets is not None
+        assert self.lines is not None
+        ends = np.append(0, np.cumsum([len(group) for group in self.targets]))
+        return self.lines[ends[first] : ends[last]]
 
     def distances(
         self,

@@ -19,11 +19,13 @@ from geomhw.mesh.triangle_mesh import TriangleMesh
 TASK = 64
 
 
-def distance_matrix(mesh: TriangleMesh, surface: Surface, limit: float) -> csr_array:
-    """Return the matrix of `ExactDistance.matrix`.
+def distance_pairs(
+    mesh: TriangleMesh, surface: Surface, limit: float, part: slice = slice(None)
+) -> tuple[Ints, Ints, Floats]:
+    """Return rows, columns and distances of all pairs of vertices within a limit, one of each two equal entries.
 
     Each pair is computed once, from the end at which a distance function is smaller. Paths from there need not reach
-    places from which the way back up to the height of their source exceeds the limit.
+    places from which the way back up to the height of their source exceeds the limit. part: selects tasks.
     """
     n, used = mesh.n_vertices, np.setdiff1d(np.arange(mesh.n_vertices), mesh.unreferenced_vertices)
     heights = _heights(mesh, surface) if limit < inf else np.zeros(n)
@@ -40,9 +42,11 @@ def distance_matrix(mesh: TriangleMesh, surface: Surface, limit: float) -> csr_a
         return found[1:]
 
     with ThreadPoolExecutor(cpu_count()) as threads:
-        tasks = list(threads.map(compute, (used[i : i + TASK] for i in range(0, len(used), TASK))))
-    counts, columns, values = (np.concatenate(parts) for parts in zip(*tasks, strict=True))
-    return _symmetric(np.repeat(used, counts), columns, values, n)
+        tasks = [used[i : i + TASK] for i in range(0, len(used), TASK)][part]
+        none = np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int32), np.empty(0)
+        found = [none, *threads.map(compute, tasks)]
+    counts, columns, values = (np.concatenate(parts) for parts in zip(*found, strict=True))
+    return np.repeat(np.concatenate([used[:0], *tasks]), counts), columns, values
 
 
 def _heights(mesh: TriangleMesh, surface: Surface) -> Floats:
@@ -110,20 +114,20 @@ def _fill(
     return done, end
 
 
-def _symmetric(rows: Ints, columns: Ints, values: Floats, n: int) -> csr_array:
+def symmetric_matrix(rows: Ints, columns: Ints, values: Floats, n: int) -> csr_array:
     """Return a symmetric matrix from one of each two equal entries; stored zeros stay."""
     starts = np.append(
         0, np.cumsum(np.bincount(rows, minlength=n) + np.bincount(columns[rows != columns], minlength=n))
     )
     indices, data = np.empty(starts[-1], dtype=np.int32), np.empty(starts[-1])
-    _place(rows, columns, values, starts[:-1].copy(), indices, data)
+    place_entries(rows, columns, values, starts[:-1].copy(), indices, data)
     # The columns of a symmetric matrix are its rows; conversion sorts the entries.
     by_column = csr_array((data, indices, starts), shape=(n, n)).tocsc()
     return csr_array((by_column.data, by_column.indices, by_column.indptr), shape=(n, n))
 
 
 @compiled_in_place
-def _place(rows: Ints, columns: Ints, values: Floats, places: Ints, indices: Ints, data: Floats) -> None:
+def place_entries(rows: Ints, columns: Ints, values: Floats, places: Ints, indices: Ints, data: Floats) -> None:
     """Write each entry to the next places of its row and of its column."""
     for k in range(len(rows)):
         row, column = rows[k], columns[k]

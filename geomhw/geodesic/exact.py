@@ -12,7 +12,7 @@ from scipy.sparse import csr_array
 
 from geomhw.arrays import Floats, Ints
 from geomhw.errors import ArgumentError
-from geomhw.geodesic.distance_matrix import distance_matrix
+from geomhw.geodesic.distance_matrix import distance_pairs, symmetric_matrix
 from geomhw.geodesic.front import ROOM, Extent, Front, empty_front, reached, start, with_more_room
 from geomhw.geodesic.unfolded_faces import Surface, surface_of
 from geomhw.geodesic.window_propagation import propagate, start_from_edges
@@ -181,7 +181,11 @@ class ExactDistance:
         >>> near.nnz, near[4, 1]
         (33, np.float64(0.5))
         """
-        return distance_matrix(self.mesh, self._surface, _checked(limit))
+        return symmetric_matrix(*self.pairs(limit), self.mesh.n_vertices)
+
+    def pairs(self, limit: float = inf, part: slice = slice(None)) -> tuple[Ints, Ints, Floats]:
+        """Return rows, columns and values of `matrix`, one of each two equal entries, of a part of the sources."""
+        return distance_pairs(self.mesh, self._surface, _checked(limit), part)
 
     @property
     def surface(self) -> Surface:

@@ -1,6 +1,6 @@
 """Statistics of the distances between groups of vertices: a number for each pair of labels."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -42,20 +42,27 @@ class LabelGroups:
         """Return the statistics of rows of distances, (k, n), over the vertices of each group, (k, s, L)."""
         return np.stack([self._reduced(name, rows[:, self._vertices]) for name in self.statistics], axis=1)
 
-    def table(self, values: Floats) -> Floats:
-        """Return the statistics between groups, (s, L, L), from those of all vertices by `of_rows`, (n, s, L)."""
-        table = np.empty((len(self.statistics), len(self.values), len(self.values)))
-        for k, vertices in enumerate(self._groups()):
-            for s, name in enumerate(self.statistics):
-                total = _UFUNCS[name].reduce(values[vertices, s], axis=0)
-                table[s, k] = total / len(vertices) if name == "mean" else total
-        return table
-
     def _reduced(self, name: TableStatistic, values: Floats) -> Floats:
         """Reduce the columns of each group to one."""
         total: Floats = _UFUNCS[name].reduceat(values, self._starts, axis=1)
         return total / self._sizes if name == "mean" else total
 
-    def _groups(self) -> Iterator[Ints]:
-        """Vertices of each group."""
-        return iter(np.split(self._vertices, self._starts[1:]))
+    @property
+    def groups(self) -> list[Ints]:
+        """Vertices of each group, ascending."""
+        return np.split(self._vertices, self._starts[1:])
+
+    def report(self) -> dict[str, Any]:
+        """Return labels, groups and statistics as plain values."""
+        groups = [group.tolist() for group in self.groups]
+        return {"labels": self.values.tolist(), "groups": groups, "statistics": list(self.statistics)}
+
+
+def label_table(values: Floats, groups: Sequence[Ints], statistics: Sequence[TableStatistic]) -> Floats:
+    """Return statistics between groups, (s, L, L), from those of vertices by `LabelGroups.of_rows`, (n, s, L)."""
+    table = np.empty((len(statistics), len(groups), len(groups)))
+    for k, vertices in enumerate(groups):
+        for s, name in enumerate(statistics):
+            total = _UFUNCS[name].reduce(values[vertices, s], axis=0)
+            table[s, k] = total / len(vertices) if name == "mean" else total
+    return table

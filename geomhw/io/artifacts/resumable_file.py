@@ -47,6 +47,8 @@ class ResumableFile:
         Units of work done so far, by this run and those it resumes.
     note
         JSON values that the last `append` left for resuming.
+    start
+        How many first bytes there are.
 
     Raises
     ------
@@ -59,7 +61,7 @@ class ResumableFile:
         self.target = Path(os.path.realpath(target))
         self.path = self.target.with_name(f"{self.target.stem}.partial{suffix or self.target.suffix}")
         self.state = self.target.with_name(f"{self.target.stem}.partial.json")
-        self._run, self._saved = dict(run), time.monotonic()
+        self._run, self._saved, self.start = dict(run), time.monotonic(), len(start)
         for path in (self.target, self.path, self.state):
             if reason := why_not_writable(path):
                 raise FormatError(f"cannot write {path.name}: {reason}")
@@ -96,10 +98,6 @@ class ResumableFile:
             os.replace(self.path, self.target)
         self.state.unlink(missing_ok=True)
         self._stream.close()  # and with it the lock, when no file of this run can be taken for unfinished
-
-    def bytes_so_far(self) -> bytes:
-        """Return all bytes of the unfinished file."""
-        return self.path.read_bytes()
 
     def discard(self) -> None:
         """Remove the unfinished file and the progress."""
