@@ -152,7 +152,10 @@ class _LegacyFile:
 
     def _skip_texts(self, count: int) -> None:
         """Go on after some texts: lines, or bytes that follow their number."""
-        for _ in range(count):
+        first_line = self._line()
+        for k in range(count):
+            if self._at > len(self.data) or (self._at == len(self.data) and not (self._text and k == count - 1)):
+                raise FormatError(f"{self.name} ends inside the array that starts after line {first_line}")
             if self._text:
                 end = self.data.find(b"\n", self._at)
                 self._at = end + 1 if end >= 0 else len(self.data)
@@ -160,8 +163,8 @@ class _LegacyFile:
                 size = 8 >> (self.data[self._at] >> 6)
                 length = int.from_bytes(self.data[self._at : self._at + size], "big") & ((1 << (8 * size - 2)) - 1)
                 self._at += size + length
-            if self._at > len(self.data) or (self._at == len(self.data) and not self._text):
-                break
+        if self._at > len(self.data):
+            raise FormatError(f"{self.name} ends inside the array that starts after line {first_line}")
 
     def _words(self) -> list[str]:
         """Words of the next line that has any; none at the end of the file."""
