@@ -1,6 +1,8 @@
 """``geomhw batch``: one command over many meshes."""
 
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -10,8 +12,19 @@ import click
 from geomhw.wording import counted
 from geomhw_cli.options import REPORT, Command, OptionGroup, option
 from geomhw_cli.output_options import CURVE_FILES, FIELD_FILES, POINT_FILES, SERIES_FILES
+from geomhw_cli.runtime.dask_cluster import SCHEDULER
 from geomhw_cli.runtime.job import print_json
-from geomhw_cli.runtime.mesh_batch import Task, content_digest, mesh_names, row_lines, run_batch, run_here, write_rows
+from geomhw_cli.runtime.mesh_batch import (
+    Runner,
+    RunTasks,
+    Task,
+    content_digest,
+    mesh_names,
+    row_lines,
+    run_batch,
+    run_here,
+    write_rows,
+)
 from geomhw_cli.specs.files import add_input
 from geomhw_cli.specs.numbers import Number
 from geomhw_cli.specs.shards import WHOLE, ShardPart, shard_option
@@ -53,6 +66,7 @@ _GROUPS = (
             "Meshes at a time.  [default: number of cores]",
             show_default=False,
         ),
+        SCHEDULER,
     ),
     REPORT,
 )
@@ -73,6 +87,7 @@ def batch(
     out: Path,
     shard: ShardPart | None,
     jobs: int | None,
+    scheduler: str | None,
     report: dict[str, Any],
 ) -> None:
     """Run COMMAND on each MESH, with the options after --.
@@ -107,7 +122,8 @@ def batch(
         raise FormatError(f"cannot write to {out}: {(error.strerror or str(error)).lower()}") from error
     with locked([table]):
         try:
-            rows, kept = run_batch(tasks[first:last], partial(run_here, jobs=jobs or os.cpu_count() or 1))
+            with _runner(scheduler, jobs) as run_tasks:
+                rows, kept = run_batch(tasks[first:last], run_tasks)
         except KeyboardInterrupt as stop:
             stop.args = ("the same command goes on from here",)
             raise
@@ -128,6 +144,18 @@ def batch(
     if failed:
         click.echo(f"Error: {counted(len(failed), 'mesh', 'meshes')} of {len(rows)} failed; see {table}", err=True)
     context.exit(int(bool(failed)))
+
+
+@contextmanager
+def _runner(scheduler: str | None, jobs: int | None) -> Iterator[RunTasks]:
+    """The function that runs tasks, here or on the workers of a scheduler."""
+    if scheduler is None:
+        yield partial(run_here, jobs=jobs or os.cpu_count() or 1)
+        return
+    from geomhw_cli.runtime.dask_cluster import as_they_end, connected
+
+    with connected(scheduler, jobs) as client:
+        yield lambda tasks: as_they_end(client, Runner(), tasks)
 
 
 def _listed(meshes: tuple[str, ...]) -> list[str]:
@@ -168,7 +196,7 @@ def _tasks(context: click.Context, name: str, meshes: list[str], out: Path, opti
     inputs = {word: content_digest(word.lstrip("@")) for word in options if os.path.isfile(word.lstrip("@"))}
     tasks = []
     for mesh, label in zip(meshes, names, strict=True):
-        folder, path = out / label, os.path.abspath(mesh)
+        folder, path = Path(os.path.abspath(out / label)), os.path.abspath(mesh)
         values = {"{out}": str(folder), "{name}": label, "{mesh}": path}
         words = [name, path]
         for word in [*options, *outputs]:

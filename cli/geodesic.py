@@ -14,6 +14,7 @@ from geomhw_cli import options
 from geomhw_cli.options import INPUT, Choice, Choices, OptionGroup, choice, command, flag, is_given, option
 from geomhw_cli.output_options import FIELD_FILES
 from geomhw_cli.runtime.accuracy import accuracy_lines
+from geomhw_cli.runtime.dask_cluster import SCHEDULER
 from geomhw_cli.runtime.distance_batch import compute_distances, compute_matrix
 from geomhw_cli.runtime.job import Job, robust_line, time_line
 from geomhw_cli.runtime.pictures import KINDS
@@ -131,6 +132,7 @@ if TYPE_CHECKING:
         option("--beyond", "VALUE", Number(-inf, inf), "Written in place of infinite distances.", default=inf),
         flag("--single", "Single precision, with --all-pairs, --pairs or --sources."),
         shard_option("sources of --all-pairs, --pairs or --sources", "such as -o D.K.shard"),
+        SCHEDULER,
     ),
     options.REPORT,
 )
@@ -152,6 +154,7 @@ def geodesic(
     beyond: float,
     single: bool,
     shard: ShardPart | None,
+    scheduler: str | None,
     report: dict[str, Any],
 ) -> None:
     """Compute geodesic distance on MESH by the heat method, or exact distance.
@@ -196,12 +199,16 @@ def geodesic(
         if may_be_sparse and is_dense and ends == [".npz"]:
             raise click.UsageError("--single and --beyond are not for sparse matrices; give -o D.npy.")
         if limit is not None and may_be_sparse and not is_dense:
+            if scheduler:
+                raise click.UsageError("--scheduler is not for sparse matrices, which use all cores; give --shard.")
             compute_matrix(job, limit, mask, shard or WHOLE)
         else:
-            compute_distances(job, queries, "<f4" if single else "<f8", chosen, beyond, mask, labeled, shard or WHOLE)
+            compute_distances(
+                job, queries, "<f4" if single else "<f8", chosen, beyond, mask, labeled, shard or WHOLE, scheduler
+            )
         return
-    if shard:
-        raise click.UsageError("--shard is for --all-pairs, --pairs and --sources.")
+    if shard or scheduler:
+        raise click.UsageError("--shard and --scheduler are for --all-pairs, --pairs and --sources.")
     job = Job.plan("geodesic", mesh_path, **files, **report)
     if chosen.name == "exact":
         _exact(job, mask, sources, to, chosen.settings["limit"], beyond, panels)

@@ -1,9 +1,12 @@
 """Distances for many queries on one mesh, written block by block to a file from which an interrupted run resumes."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, fields
+from functools import cached_property
 from functools import partial as partial_call
 from math import inf, prod
+from threading import Lock
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -28,10 +31,15 @@ from geomhw_cli.specs.queries import DistanceQueries, ResolvedQueries
 from geomhw_cli.specs.shards import WHOLE, ShardPart
 
 if TYPE_CHECKING:
+    from geomhw.arrays import Floats
     from geomhw.geodesic.heat_method import HeatDistance
     from geomhw.geodesic.label_groups import LabelGroups
     from geomhw.io import ResumableFile
     from geomhw.mesh.triangle_mesh import TriangleMesh
+
+#: A function that yields the distances from spans of the sources.
+Answers = Callable[[Sequence[tuple[int, int]]], Iterator[Any]]
+_SOLVING = Lock()
 
 
 def compute_distances(
@@ -43,11 +51,13 @@ def compute_distances(
     mask: MaskSpec | None,
     table: LabelTable | None = None,
     shard: ShardPart = WHOLE,
+    scheduler: str | None = None,
 ) -> None:
     """Compute the distances and write them to the output of the job, which must be one file.
 
     dtype: ``<f4`` or ``<f8``. beyond: the value for infinite distances. shard: the part of the sources to compute.
-    Blocks depend on the mesh alone, so that a resumed run and shards write the same bytes.
+    scheduler: of Dask, on whose workers to compute. Blocks depend on the mesh alone, so that a resumed run, shards and
+    workers write the same bytes.
     """
     from geomhw.geodesic.heat_method import HeatDistance, block_size
 
@@ -60,8 +70,9 @@ def compute_distances(
     if resolved.sets is not None:
         resolved.sets = [part.points(points) for points in resolved.sets]
     groups = table.groups(part) if table else None
+    problem = _Problem(mesh, resolved, method)
     with job.stage("set up"):
-        solver = method.solver(mesh, resolved.count)
+        solver = problem.solver if not scheduler else method.solver(mesh)
     run = _identity(mesh, queries, dtype, method, beyond, table)
     size = block_size(mesh.n_vertices)
     batch = _Batch(resolved, dtype, beyond, groups, *shard.range(resolved.count, size))
@@ -69,7 +80,8 @@ def compute_distances(
     resumed = unfinished.done
     with unfinished:
         try:
-            statistics = batch.fill(job, mesh, method.rows(solver), unfinished, size)
+            with _answers(problem, scheduler) as answers:
+                statistics = batch.fill(job, answers, unfinished, size)
             with job.stage("write"):
                 about = {"shape": batch.shape(mesh, 0, resolved.count), "dtype": dtype, "beyond": str(beyond)}
                 about |= (groups.report() if groups else {}) | statistics
@@ -127,14 +139,16 @@ class _Batch:
             return (last - first, len(self.groups.statistics), len(self.groups.values))
         return self.queries.shape(mesh, first, last)
 
-    def fill(self, job: Job, mesh: "TriangleMesh", rows_of: Any, unfinished: "ResumableFile", size: int) -> Any:
+    def fill(self, job: Job, answers: Answers, unfinished: "ResumableFile", size: int) -> dict[str, Any]:
         """Compute and append all blocks that are not there; return the statistics of all."""
         statistics: Mapping[str, Any] = {"largest_distance": 0.0, "unreachable": 0, **unfinished.note}
+        begins = range(self.first + unfinished.done, self.last, size)
+        spans = [(begin, min(begin + size, self.last)) for begin in begins]
+        found = answers(spans)
         with progress("geodesic") as bar:
-            for begin in range(self.first + unfinished.done, self.last, size):
-                end = min(begin + size, self.last)
+            for _, end in spans:
                 with job.stage("compute"):
-                    values = self.queries.distances(mesh, rows_of, begin, end)
+                    values = next(found)
                 with job.stage("write"):
                     if self.groups:
                         values = self.groups.of_rows(values)
@@ -144,6 +158,46 @@ class _Batch:
                     unfinished.append(values.astype(self.dtype).tobytes(), end - self.first, statistics)
                 bar((end - self.first) / (self.last - self.first))
         return dict(statistics)
+
+
+@dataclass(frozen=True)
+class _Problem:
+    """Queries on a mesh. A worker has a copy, and its solver."""
+
+    mesh: "TriangleMesh"
+    queries: ResolvedQueries
+    method: DistanceMethod
+
+    @cached_property
+    def solver(self) -> Any:
+        """The solver for all queries."""
+        return self.method.solver(self.mesh, self.queries.count)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Leave the solver here."""
+        return {field.name: getattr(self, field.name) for field in fields(self)}
+
+    def distances(self, span: tuple[int, int]) -> "Floats":
+        """Distances from a span of the sources."""
+        return self.queries.distances(self.mesh, self.method.rows(self.solver), *span)
+
+
+@contextmanager
+def _answers(problem: _Problem, scheduler: str | None) -> Iterator[Answers]:
+    """A function that yields the distances from spans of the sources, in order."""
+    if scheduler is None:
+        yield partial_call(map, problem.distances)
+        return
+    from geomhw_cli.runtime.dask_cluster import connected, in_order
+
+    with connected(scheduler) as client:
+        yield lambda spans: in_order(client, _on_worker, spans, problem)
+
+
+def _on_worker(span: tuple[int, int], problem: _Problem) -> "Floats":
+    """Compute on a worker, whose threads share the solver."""
+    with _SOLVING:
+        return problem.distances(span)
 
 
 def _identity(

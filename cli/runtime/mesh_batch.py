@@ -73,6 +73,10 @@ def content_digest(path: str) -> str:
     return digest.hexdigest()
 
 
+#: A function that runs tasks, and yields each with its outcome when it ends.
+RunTasks = Callable[[Sequence[Task]], Iterable[tuple[Task, dict[str, Any]]]]
+
+
 class Runner:
     """Runs tasks as processes, which `stop` ends."""
 
@@ -105,6 +109,10 @@ class Runner:
             temporary.write_text(json.dumps(outcome, indent=2) + "\n", encoding="utf-8")
         return outcome
 
+    def __reduce__(self) -> tuple[type["Runner"], tuple[()]]:
+        """A worker has a runner of its own."""
+        return Runner, ()
+
     def stop(self) -> None:
         """End all processes, and start none any more."""
         with self._lock:
@@ -127,9 +135,7 @@ def run_here(tasks: Sequence[Task], jobs: int) -> Iterator[tuple[Task, dict[str,
             raise
 
 
-def run_batch(
-    tasks: Sequence[Task], run: Callable[[Sequence[Task]], Iterable[tuple[Task, dict[str, Any]]]]
-) -> tuple[list[dict[str, Any]], int]:
+def run_batch(tasks: Sequence[Task], run: RunTasks) -> tuple[list[dict[str, Any]], int]:
     """Run all tasks that no earlier run did; return a row of the table for each, and the number of those kept."""
     outcomes = {task.name: former for task in tasks if (former := task.former())}
     kept = len(outcomes)
