@@ -267,17 +267,19 @@ class _Placement:
         elapsed[inner + 1] = store.times[order]
         elapsed = np.cumsum(elapsed)
         start = np.repeat(offsets[:-1], sizes + 1)
-        faces = joined(store.faces, store.faces)
+        faces, weights = joined(store.faces, store.faces), joined(store.begins, store.ends)
+        kept = (weights == 0).any(axis=1)  # points within faces are ends, or places where a streamline was continued
+        kept[offsets[:-1]] = kept[last] = True
         return Streamlines(
             self.mesh,
             self.spacing,
-            faces,
-            joined(store.begins, store.ends),
-            offsets,
-            arc - arc[start],
-            elapsed - elapsed[start],
-            self.speed[faces],
-            joined(store.slides, store.slides),
+            faces[kept],
+            weights[kept],
+            np.concatenate([[0], np.cumsum(kept)[last]]),
+            (arc - arc[start])[kept],
+            (elapsed - elapsed[start])[kept],
+            self.speed[faces][kept],
+            joined(store.slides, store.slides)[kept],
             np.stack([lines.upstream[:count], lines.downstream[:count]], axis=1),
             neighbor_distances(self.growth, store, lines, used, self.spacing),
         )
@@ -303,11 +305,14 @@ def _first_seeds(mesh: TriangleMesh, V: Floats, speed: Floats) -> Ints:
     The order does not depend on scale, position, direction and numbering of the mesh, up to its symmetries.
     """
     x = mesh.face_centers - np.average(mesh.face_centers, axis=0, weights=mesh.face_areas)
-    mean = mesh.face_areas @ V
-    circulation = mesh.face_areas @ np.cross(x, V)
-    keys = [-speed, -np.linalg.norm(x, axis=1), -(x @ mean), -(x @ circulation)]
-    rounded = []
-    for key in keys:
-        largest = float(np.abs(key).max())
-        rounded.append(np.round(key / (EQUAL * largest)) if largest > 0 else key)
+    size = np.linalg.norm(x, axis=1)
+    mean, circulation = mesh.face_areas @ V, mesh.face_areas @ np.cross(x, V)
+    # Each key with a bound of its values; sums far below the bound are rounding.
+    keys = [
+        (-speed, float(speed.max(initial=0.0))),
+        (-size, float(size.max())),
+        (-(x @ mean), float(size.max() * (mesh.face_areas @ speed))),
+        (-(x @ circulation), float(size.max() * (mesh.face_areas @ (speed * size)))),
+    ]
+    rounded = [np.round(key / (EQUAL * bound)) if bound > 0 else key for key, bound in keys]
     return np.lexsort(rounded[::-1])

@@ -18,7 +18,7 @@ FULL = -1
 #: A streamline that passes its seed this near, relative to the size of the face, is closed.
 SAME = 1e-9
 #: Parts of a streamline nearer to each other along it than this multiple of the limit may be near on the surface.
-ALONG = 2.0
+ALONG = 2.1
 #: Length between two measurements of distance, at most and at least, as shares of the limit.
 LONGEST, SHORTEST = 0.25, 0.01
 #: A streamline that comes near itself is followed this multiple of the limit to see whether it closes.
