@@ -78,7 +78,7 @@ def streamlines(mesh_path: Path, field: str, spacing: float, files: dict[str, An
       geomhw streamlines data/creature.obj --field random:1 --spacing 50 --no-png -o lines.csv
     """
     from geomhw.flow.even_streamlines import STOPS, default_spacing, even_streamlines
-    from geomhw.render.curve_pictures import curve_picture
+    from geomhw.render.field_pictures import streamlines_picture
 
     job = Job.plan("streamlines", mesh_path, **files, **report, extensions=CURVE_EXTENSIONS)
     mesh = job.read()
@@ -87,7 +87,7 @@ def streamlines(mesh_path: Path, field: str, spacing: float, files: dict[str, An
     with job.stage("compute"):
         distance = default_spacing(mesh, spacing) if isinstance(spacing, int) else spacing
         found = even_streamlines(mesh, V, distance)
-    job.write(found.polylines(), lambda cloud, look: curve_picture(mesh, cloud, None, look=look), write_curves, mesh)
+    job.write(found.polylines(), lambda _cloud, look: streamlines_picture(found, V, look), write_curves, mesh)
     answers = found.report()
     near = answers["neighbor_distance"]
     lines = [

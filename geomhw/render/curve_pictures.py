@@ -26,7 +26,7 @@ DARK, LIGHT, UNKNOWN = (0.16, 0.35, 0.55), (0.93, 0.94, 0.96), (0.72, 0.74, 0.77
 def curve_picture(
     mesh: TriangleMesh,
     curves: Cloud,
-    starts: SurfacePoints | None = None,
+    starts: SurfacePoints,
     ends: SurfacePoints | None = None,
     look: Look = AUTOMATIC,
 ) -> Picture:
