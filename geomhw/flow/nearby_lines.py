@@ -16,8 +16,13 @@ from geomhw.mesh.triangle_mesh import TriangleMesh
 
 #: Shortest paths turn at inner vertices whose angle exceeds 2π by more, in radians.
 SADDLE = 0.01
+#: A polyline has turned back where it is nearer to itself than this share of the length between, and that length is at
+#: least a share of ``along``.
+TURNED, WOUND = 0.3, 0.25
 #: A point on an edge is moved into the face by this share of its height.
 INSIDE = 1e-8
+#: Angle from which a path that turns at a vertex goes on along an edge: π up to rounding.
+STRAIGHT = pi - 1e-9
 #: ``totals`` of vertices at the boundary.
 BOUNDARY = -1.0
 #: Most windows that wait.
@@ -65,7 +70,8 @@ class Search(NamedTuple):
     """Windows that wait, with the edge 3f + k that each enters a face f by: edges, (w,); planes, (w, 9).
 
     A row of planes holds the ends of the edge, from corner k + 1 to k + 2, the ends of its visible part, relative to
-    the source, and the distance of the source from the point.
+    the source, and the distance of the source from the point. Where shortest paths turn at corner k of a face, it is
+    -1 - (3f + k), with the places of corners k, k + 1 and k + 2, and the distance.
     """
 
     edges: Ints
@@ -106,13 +112,13 @@ def nearest_line(
     b: Floats,
     reach: float,
     own: int,
-    low: float,
-    high: float,
+    tip: float,
+    along: float,
 ) -> tuple[float, int]:
     """Return the distance from a point b of a face to the nearest polyline within reach, and its number.
 
-    Points of the polyline ``own`` count if their arc length is at most ``low`` or at least ``high``. If there is no
-    polyline, return the reach and -1.
+    Points of the polyline ``own`` count if their arc length differs from ``tip`` by at least ``along``, or by much more
+    than their distance; for a tip of NaN, none do. If there is no polyline, return the reach and -1.
     """
     x = y = total = 0.0
     for k in range(3):
@@ -125,20 +131,22 @@ def nearest_line(
     zero = np.int64(0)  # a constant would be a type of its own, for which the loops are compiled once more
     best, line, count = reach, zero - 1, zero
     best, line = _in_face(
-        store, face, zero, ax, ay, bx, by, cx, cy, 0.0, 0.0, 0.0, 0.0, 0.0, own, low, high, best, line
+        store, face, zero, ax, ay, bx, by, cx, cy, 0.0, 0.0, 0.0, 0.0, 0.0, own, tip, along, best, line
     )
     for k in range(3):
         # Corner k is (ax, ay) here.
         count = _push(flat, search, count, 3 * face + k, bx, by, cx, cy, bx, by, cx, cy, 0.0)
-        if _bends(flat, flat.corners[face, k]):
-            best, line, count = _turn(
-                flat, store, search, count, face, k, ax, ay, bx, by, cx, cy, 0.0, own, low, high, best, line
-            )
+        count = _push_vertex(flat, search, count, face, k, ax, ay, bx, by, cx, cy, 0.0)
         ax, ay, bx, by, cx, cy = bx, by, cx, cy, ax, ay
     while count:
         count -= 1
         edge = search.edges[count]
         px, py, qx, qy, ux, uy, wx, wy, offset = search.planes[count]
+        if edge < 0:  # a vertex
+            best, line, count = _turn(
+                flat, store, search, count, -1 - edge, px, py, qx, qy, ux, uy, offset, own, tip, along, best, line
+            )
+            continue
         if offset + _distance(ux, uy, wx, wy) >= best:
             continue
         f, k = edge // 3, edge % 3
@@ -146,14 +154,11 @@ def nearest_line(
         away = flat.rises[edge] if nx * px + ny * py >= 0 else -flat.rises[edge]
         ax = px + flat.feet[edge] * (qx - px) + away * nx
         ay = py + flat.feet[edge] * (qy - py) + away * ny
-        best, line = _in_face(store, f, k, ax, ay, px, py, qx, qy, ux, uy, wx, wy, offset, own, low, high, best, line)
+        best, line = _in_face(store, f, k, ax, ay, px, py, qx, qy, ux, uy, wx, wy, offset, own, tip, along, best, line)
         turn = ux * wy - uy * wx
         left, right = (ux * ay - uy * ax) * turn, (ax * wy - ay * wx) * turn
         if left > 0 and right > 0:
-            if _bends(flat, flat.corners[f, k]):
-                best, line, count = _turn(
-                    flat, store, search, count, f, k, ax, ay, px, py, qx, qy, offset, own, low, high, best, line
-                )
+            count = _push_vertex(flat, search, count, f, k, ax, ay, px, py, qx, qy, offset)
             hx, hy = _hit(ux, uy, px, py, ax, ay)
             count = _push(flat, search, count, 3 * f + (k + 2) % 3, ax, ay, px, py, ax, ay, hx, hy, offset)
             hx, hy = _hit(wx, wy, ax, ay, qx, qy)
@@ -216,8 +221,8 @@ def _in_face(
     wy: float,
     offset: float,
     own: int,
-    low: float,
-    high: float,
+    tip: float,
+    along: float,
     best: float,
     line: int,
 ) -> tuple[float, int]:
@@ -230,14 +235,16 @@ def _in_face(
     while s >= 0:
         here, start, end = s, 0.0, 1.0
         s = store.after[s]
+        apart = inf
         if store.lines[here] == own:
             begin, finish = store.low[here], store.high[here]
-            if finish > low and begin < high:
-                if begin < low:
-                    end = (low - begin) / (finish - begin)
-                elif finish > high:
-                    start = (high - begin) / (finish - begin)
-                else:
+            if begin < tip - along:
+                end = min((tip - along - begin) / (finish - begin), 1.0)
+            elif finish > tip + along:
+                start = max((tip + along - begin) / (finish - begin), 0.0)
+            else:
+                apart = max(begin - tip, tip - finish)
+                if not apart >= WOUND * along:
                     continue
         i, j = (k + 1) % 3, (k + 2) % 3
         one, two = store.begins[here], store.ends[here]
@@ -252,7 +259,7 @@ def _in_face(
             start, end = _clipped(value, slope, start, end)
         if start <= end:
             distance = offset + _distance(x + start * dx, y + start * dy, x + end * dx, y + end * dy)
-            if distance < best:
+            if distance < best and distance < TURNED * apart:
                 best, line = distance, store.lines[here]
     return best, line
 
@@ -286,16 +293,9 @@ def _hit(ux: float, uy: float, px: float, py: float, qx: float, qy: float) -> tu
     return px + t * (qx - px), py + t * (qy - py)
 
 
-@compiled_inline
-def _bends(flat: FlatFaces, vertex: int) -> bool:
-    """Whether shortest paths turn at a vertex."""
-    return flat.totals[vertex] > 2 * pi + SADDLE or flat.totals[vertex] == BOUNDARY
-
-
 @compiled_in_place
-def _turn(
+def _push_vertex(
     flat: FlatFaces,
-    store: LineStore,
     search: Search,
     count: int,
     face: int,
@@ -307,19 +307,45 @@ def _turn(
     qx: float,
     qy: float,
     offset: float,
+) -> int:
+    """Add corner k of a face, at a, with the next ones at p and q, if shortest paths turn there."""
+    total = flat.totals[flat.corners[face, k]]
+    if (total <= 2 * pi + SADDLE and total != BOUNDARY) or count >= len(search.edges):
+        return count
+    row = search.planes[count]
+    search.edges[count] = -1 - (3 * face + k)
+    row[0], row[1], row[2], row[3], row[4], row[5], row[8] = ax, ay, px, py, qx, qy, offset
+    return count + 1
+
+
+@compiled_in_place
+def _turn(
+    flat: FlatFaces,
+    store: LineStore,
+    search: Search,
+    count: int,
+    corner: int,
+    ax: float,
+    ay: float,
+    px: float,
+    py: float,
+    qx: float,
+    qy: float,
+    offset: float,
     own: int,
-    low: float,
-    high: float,
+    tip: float,
+    along: float,
     best: float,
     line: int,
 ) -> tuple[float, int, int]:
-    """Continue the search behind corner k of a face, at a, in the directions where a shortest path turns there.
+    """Continue the search behind corner 3f + k, at a, in the directions where a shortest path turns there.
 
     They are at least π from the direction back to the source, on both sides.
     """
     far = sqrt(ax * ax + ay * ay)
     if offset + far >= best:
         return best, line, count
+    face, k = corner // 3, corner % 3
     vertex = flat.corners[face, k]
     total = flat.totals[vertex]
     for side in range(2 if total == BOUNDARY else 1):
@@ -333,20 +359,33 @@ def _turn(
             v = (z + 1) % 3 if flat.corners[f, (z + 1) % 3] == vertex else (z + 2) % 3
             angle, w = flat.angles[3 * f + v], 3 - z - v
             if passed + angle > pi:
-                wx, zx, zy = _side(flat, f, v, w), _side(flat, f, v, z), 0.0
-                zx, zy = zx * cos(angle), zx * sin(angle)
+                wx, length = _side(flat, f, v, w), _side(flat, f, v, z)
+                zx, zy = length * cos(angle), length * sin(angle)
+                if passed >= STRAIGHT:
+                    # Straight along the edge to its other end.
+                    if v == (w + 1) % 3:
+                        count = _push_vertex(flat, search, count, f, w, wx, 0.0, 0.0, 0.0, zx, zy, offset + far)
+                    else:
+                        count = _push_vertex(flat, search, count, f, w, wx, 0.0, zx, zy, 0.0, 0.0, offset + far)
                 begin, end = max(pi - passed, 0.0), min(last - passed, angle)
                 lx, ly = _hit(cos(begin), sin(begin), wx, 0.0, zx, zy)
                 rx, ry = _hit(cos(end), sin(end), wx, 0.0, zx, zy)
                 ux, uy, tx, ty = (wx, 0.0, zx, zy) if w == (v + 1) % 3 else (zx, zy, wx, 0.0)
                 best, line = _in_face(
-                    store, f, v, 0.0, 0.0, ux, uy, tx, ty, lx, ly, rx, ry, offset + far, own, low, high, best, line
+                    store, f, v, 0.0, 0.0, ux, uy, tx, ty, lx, ly, rx, ry, offset + far, own, tip, along, best, line
                 )
                 if w == (v + 1) % 3:
                     count = _push(flat, search, count, 3 * f + v, wx, 0.0, zx, zy, lx, ly, rx, ry, offset + far)
                 else:
                     count = _push(flat, search, count, 3 * f + v, zx, zy, wx, 0.0, rx, ry, lx, ly, offset + far)
             passed, edge = passed + angle, 3 * f + w
+            if flat.across[edge] < 0 and passed >= STRAIGHT:  # along the boundary
+                x = _side(flat, f, v, z)
+                y = _side(flat, f, v, w)
+                px, py, qx, qy = 0.0, 0.0, y * cos(angle), -y * sin(angle)
+                if v != (z + 1) % 3:
+                    px, py, qx, qy = qx, qy, px, py
+                count = _push_vertex(flat, search, count, f, z, x, 0.0, px, py, qx, qy, offset + far)
             if f == face:
                 break
     return best, line, count

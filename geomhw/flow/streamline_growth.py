@@ -1,6 +1,6 @@
 """Compiled growth of one streamline in both directions, until it closes, ends, or comes near another one."""
 
-from math import inf, sqrt
+from math import inf, nan, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -139,9 +139,8 @@ def _follow(
             share, tip = done / length, arc + sign * done
             for k in range(3):
                 cut[k] = b[k] + share * (ahead[k] - b[k])
-            low = tip - ALONG * limit if sign > 0 and longest == inf else -inf
-            high = tip + ALONG * limit if sign < 0 and longest == inf else inf
-            distance, other = nearest_line(flat, store, growth.search, face, cut, reach, line, low, high)
+            own = tip if longest == inf else nan
+            distance, other = nearest_line(flat, store, growth.search, face, cut, reach, line, own, ALONG * limit)
             if distance < (1 + SHORTEST) * limit or abs(tip) > longest:
                 if done > 0:
                     count = _add(store, count, line, face, b, cut, arc, sign * done, share * time, slides)

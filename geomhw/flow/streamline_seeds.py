@@ -1,6 +1,6 @@
 """Compiled placement of streamlines at the spacing from those that exist (Jobard and Lefer 1997)."""
 
-from math import cos, inf, pi, radians, sin, sqrt
+from math import cos, inf, nan, pi, radians, sin, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -122,10 +122,10 @@ def neighbor_distances(growth: Growth, store: LineStore, lines: Lines, count: in
         for k in range(3):
             b[k] = (store.begins[segment, k] + store.ends[segment, k]) / 2
         arc, face = (low + high) / 2, store.faces[segment]
-        before, after = arc - along, arc + along
-        if lines.downstream[line] == CLOSED and (before < 0 or after > store.high[lines.ends[line] - 1]):
-            before, after = -inf, inf  # its other parts continue across the place where it closes
-        distance, other = nearest_line(growth.flat, store, growth.search, face, b, reach, line, before, after)
+        last = store.high[lines.ends[line] - 1]
+        if lines.downstream[line] == CLOSED and (arc < along or arc + along > last):
+            arc = nan  # its other parts continue across the place where it closes
+        distance, other = nearest_line(growth.flat, store, growth.search, face, b, reach, line, arc, along)
         if other >= 0:
             found[number] = distance
         number += 1

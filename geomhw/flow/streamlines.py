@@ -77,7 +77,8 @@ class StreamlineTracer:
         around = np.argsort(mesh.faces.ravel(), kind="stable")
         starts = np.searchsorted(mesh.faces.ravel()[around], np.arange(mesh.n_vertices + 1))
         edges = np.ascontiguousarray(mesh.opposite_edges)
-        self._adjacency = (mesh.faces.astype(np.int64), edges, np.array(mesh.face_areas), across, around, starts)
+        corners = np.array(mesh.faces, dtype=np.int64, order="C")
+        self._adjacency = (corners, edges, np.array(mesh.face_areas), across, around, starts)
 
     def seeds(self, count: int) -> FacePoints:
         """Return points that represent equal areas, the same ones every time; ArgumentError for a count below 1."""
