@@ -186,7 +186,11 @@ class _Placement:
         self.speed = np.linalg.norm(forward.V, axis=1)
         self.slow = SLOW * float(self.speed.max(initial=0.0))
         self.growth = Growth(
-            forward, forward._replace(V=-forward.V, rates=-forward.rates), flat_faces(mesh), search_room(), self.slow
+            forward,
+            forward._replace(V=-forward.V, rates=-forward.rates),
+            flat_faces(mesh),
+            search_room(mesh),
+            self.slow,
         )
         self.store, self.lines, self.count = _empty_store(mesh, 1 << 12), Lines(*np.empty((5, 64), dtype=np.int64)), 0
 

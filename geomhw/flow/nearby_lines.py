@@ -1,7 +1,8 @@
 """Compiled search for the polyline nearest to a point, by exact distance on the surface.
 
 Faces around the point are laid flat one after the other, with the part of each that straight lines from the point
-reach (Mitchell, Mount, Papadimitriou 1987). Shortest paths turn at saddle and boundary vertices only.
+reach (Mitchell, Mount, Papadimitriou 1987), unless a vertex is known from which all of that part is nearer (Xin and
+Wang 2009). Shortest paths turn at saddle and boundary vertices only.
 """
 
 from math import acos, cos, inf, pi, sin, sqrt
@@ -25,8 +26,10 @@ INSIDE = 1e-8
 STRAIGHT = pi - 1e-9
 #: ``totals`` of vertices at the boundary.
 BOUNDARY = -1.0
-#: Most windows that wait.
-MOST_WAITING = 100_000
+#: Distances are equal within this share.
+EQUAL = 1e-12
+#: Most windows that wait; later ones replace the first.
+MOST_WAITING = 1 << 17
 
 
 class FlatFaces(NamedTuple):
@@ -71,11 +74,15 @@ class Search(NamedTuple):
 
     A row of planes holds the ends of the edge, from corner k + 1 to k + 2, the ends of its visible part, relative to
     the source, and the distance of the source from the point. Where shortest paths turn at corner k of a face, it is
-    -1 - (3f + k), with the places of corners k, k + 1 and k + 2, and the distance.
+    -1 - (3f + k), with the places of corners k, k + 1 and k + 2, and the distance. reached, stamps: (n,), the shortest
+    distance at which a vertex was reached, and the number of that search. number: (1,), of searches.
     """
 
     edges: Ints
     planes: Floats
+    reached: Floats
+    stamps: Ints
+    number: Ints
 
 
 def flat_faces(mesh: TriangleMesh) -> FlatFaces:
@@ -94,13 +101,21 @@ def flat_faces(mesh: TriangleMesh) -> FlatFaces:
     totals: Floats = np.bincount(mesh.faces.ravel(), mesh.angles.ravel(), mesh.n_vertices).astype(float)
     totals[mesh.boundary_vertices] = BOUNDARY
     return FlatFaces(
-        mesh.faces.astype(np.int64), across, places, feet.ravel(), rises.ravel(), np.array(mesh.angles.ravel()), totals
+        np.array(mesh.faces, dtype=np.int64, order="C"),
+        across,
+        places,
+        feet.ravel(),
+        rises.ravel(),
+        np.array(mesh.angles.ravel()),
+        totals,
     )
 
 
-def search_room() -> Search:
-    """Return room for the windows of a search."""
-    return Search(np.empty(MOST_WAITING, dtype=np.int64), np.empty((MOST_WAITING, 9)))
+def search_room(mesh: TriangleMesh) -> Search:
+    """Return room for the windows of searches."""
+    stamps, number = np.zeros(mesh.n_vertices, dtype=np.int64), np.zeros(1, dtype=np.int64)
+    windows = np.empty(MOST_WAITING, dtype=np.int64), np.empty((MOST_WAITING, 9))
+    return Search(*windows, np.empty(mesh.n_vertices), stamps, number)
 
 
 @compiled_in_place
@@ -121,6 +136,7 @@ def nearest_line(
     than their distance; for a tip of NaN, none do. If there is no polyline, return the reach and -1.
     """
     x = y = total = 0.0
+    search.number[0] += 1
     for k in range(3):
         share = max(b[k], INSIDE)
         x, y, total = x + share * flat.places[face, k, 0], y + share * flat.places[face, k, 1], total + share
@@ -136,12 +152,15 @@ def nearest_line(
     for k in range(3):
         # Corner k is (ax, ay) here.
         count = _push(flat, search, count, 3 * face + k, bx, by, cx, cy, bx, by, cx, cy, 0.0)
+        _reach(search, flat.corners[face, k], sqrt(ax * ax + ay * ay))
         count = _push_vertex(flat, search, count, face, k, ax, ay, bx, by, cx, cy, 0.0)
         ax, ay, bx, by, cx, cy = bx, by, cx, cy, ax, ay
-    while count:
-        count -= 1
-        edge = search.edges[count]
-        px, py, qx, qy, ux, uy, wx, wy, offset = search.planes[count]
+    head = zero
+    while head < count:
+        row = head % MOST_WAITING
+        head += 1
+        edge = search.edges[row]
+        px, py, qx, qy, ux, uy, wx, wy, offset = search.planes[row]
         if edge < 0:  # a vertex
             best, line, count = _turn(
                 flat, store, search, count, -1 - edge, px, py, qx, qy, ux, uy, offset, own, tip, along, best, line
@@ -150,6 +169,9 @@ def nearest_line(
         if offset + _distance(ux, uy, wx, wy) >= best:
             continue
         f, k = edge // 3, edge % 3
+        p, q = flat.corners[f, (k + 1) % 3], flat.corners[f, (k + 2) % 3]
+        if _nearer(search, p, px - wx, py - wy, offset, wx, wy) or _nearer(search, q, qx - ux, qy - uy, offset, ux, uy):
+            continue
         nx, ny = py - qy, qx - px
         away = flat.rises[edge] if nx * px + ny * py >= 0 else -flat.rises[edge]
         ax = px + flat.feet[edge] * (qx - px) + away * nx
@@ -158,6 +180,7 @@ def nearest_line(
         turn = ux * wy - uy * wx
         left, right = (ux * ay - uy * ax) * turn, (ax * wy - ay * wx) * turn
         if left > 0 and right > 0:
+            _reach(search, flat.corners[f, k], offset + sqrt(ax * ax + ay * ay))
             count = _push_vertex(flat, search, count, f, k, ax, ay, px, py, qx, qy, offset)
             hx, hy = _hit(ux, uy, px, py, ax, ay)
             count = _push(flat, search, count, 3 * f + (k + 2) % 3, ax, ay, px, py, ax, ay, hx, hy, offset)
@@ -192,10 +215,10 @@ def _push(
 ) -> int:
     """Add the window from u to w on the edge from p to q, if a face is behind it; the number of windows."""
     other = flat.across[edge]
-    if other < 0 or count >= len(search.edges):
+    if other < 0:
         return count
-    row = search.planes[count]
-    search.edges[count] = other
+    row = search.planes[count % MOST_WAITING]
+    search.edges[count % MOST_WAITING] = other
     if flat.corners[edge // 3, (edge % 3 + 1) % 3] == flat.corners[other // 3, (other % 3 + 1) % 3]:
         row[0], row[1], row[2], row[3], row[4], row[5], row[6], row[7] = px, py, qx, qy, ux, uy, wx, wy
     else:
@@ -294,6 +317,21 @@ def _hit(ux: float, uy: float, px: float, py: float, qx: float, qy: float) -> tu
 
 
 @compiled_in_place
+def _reach(search: Search, vertex: int, distance: float) -> None:
+    """Keep the shortest distance at which a vertex was reached."""
+    if search.stamps[vertex] != search.number[0] or distance < search.reached[vertex]:
+        search.stamps[vertex], search.reached[vertex] = search.number[0], distance
+
+
+@compiled_in_place
+def _nearer(search: Search, vertex: int, dx: float, dy: float, offset: float, x: float, y: float) -> bool:
+    """Whether the far end of a window, at (x, y), is reached over a vertex sooner; then all of the window is."""
+    if search.stamps[vertex] != search.number[0]:
+        return False
+    return search.reached[vertex] + sqrt(dx * dx + dy * dy) < (offset + sqrt(x * x + y * y)) * (1 - EQUAL)
+
+
+@compiled_in_place
 def _push_vertex(
     flat: FlatFaces,
     search: Search,
@@ -310,10 +348,10 @@ def _push_vertex(
 ) -> int:
     """Add corner k of a face, at a, with the next ones at p and q, if shortest paths turn there."""
     total = flat.totals[flat.corners[face, k]]
-    if (total <= 2 * pi + SADDLE and total != BOUNDARY) or count >= len(search.edges):
+    if total <= 2 * pi + SADDLE and total != BOUNDARY:
         return count
-    row = search.planes[count]
-    search.edges[count] = -1 - (3 * face + k)
+    row = search.planes[count % MOST_WAITING]
+    search.edges[count % MOST_WAITING] = -1 - (3 * face + k)
     row[0], row[1], row[2], row[3], row[4], row[5], row[8] = ax, ay, px, py, qx, qy, offset
     return count + 1
 
@@ -347,6 +385,9 @@ def _turn(
         return best, line, count
     face, k = corner // 3, corner % 3
     vertex = flat.corners[face, k]
+    if search.stamps[vertex] == search.number[0] and offset + far > search.reached[vertex] * (1 + EQUAL):
+        return best, line, count
+    _reach(search, vertex, offset + far)
     total = flat.totals[vertex]
     for side in range(2 if total == BOUNDARY else 1):
         ex, ey = (qx - ax, qy - ay) if side == 0 else (px - ax, py - ay)
@@ -362,6 +403,7 @@ def _turn(
                 wx, length = _side(flat, f, v, w), _side(flat, f, v, z)
                 zx, zy = length * cos(angle), length * sin(angle)
                 if passed >= STRAIGHT:
+                    _reach(search, flat.corners[f, w], offset + far + wx)
                     # Straight along the edge to its other end.
                     if v == (w + 1) % 3:
                         count = _push_vertex(flat, search, count, f, w, wx, 0.0, 0.0, 0.0, zx, zy, offset + far)

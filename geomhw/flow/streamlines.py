@@ -76,7 +76,7 @@ class StreamlineTracer:
         across[one], across[other] = other, one
         around = np.argsort(mesh.faces.ravel(), kind="stable")
         starts = np.searchsorted(mesh.faces.ravel()[around], np.arange(mesh.n_vertices + 1))
-        edges = np.ascontiguousarray(mesh.opposite_edges)
+        edges = np.array(mesh.opposite_edges, order="C")
         corners = np.array(mesh.faces, dtype=np.int64, order="C")
         self._adjacency = (corners, edges, np.array(mesh.face_areas), across, around, starts)
 
@@ -94,7 +94,7 @@ class StreamlineTracer:
         """Return a velocity, (m, 3), as the compiled loops take it; FieldError if it is not a finite face field."""
         V = tangential(self.mesh, velocity)
         rates = np.einsum("fkx,fx->fk", self._hats, V)
-        return FaceFlow(*self._adjacency, np.ascontiguousarray(V), np.ascontiguousarray(rates))
+        return FaceFlow(*self._adjacency, np.array(V, order="C"), np.array(rates, order="C"))
 
     def advance(self, points: FacePoints, velocity: Floats, dt: float) -> FacePoints:
         """Return the points after a time dt of any length along a velocity.
