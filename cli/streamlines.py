@@ -77,6 +77,7 @@ def streamlines(mesh_path: Path, field: str, spacing: float, files: dict[str, An
       geomhw streamlines data/sphere.off --field rigid:z -o lines.vtp --png lines.png
       geomhw streamlines data/creature.obj --field random:1 --spacing 50 --no-png -o lines.csv
     """
+    from geomhw.errors import FieldError
     from geomhw.flow.even_streamlines import STOPS, default_spacing, even_streamlines
     from geomhw.render.field_pictures import streamlines_picture
 
@@ -87,17 +88,18 @@ def streamlines(mesh_path: Path, field: str, spacing: float, files: dict[str, An
     with job.stage("compute"):
         distance = default_spacing(mesh, spacing) if isinstance(spacing, int) else spacing
         found = even_streamlines(mesh, V, distance)
+        if not len(found):
+            raise FieldError(f"the field is zero, or none of its streamlines is as long as the spacing, {distance:.6g}")
     job.write(found.polylines(), lambda _cloud, look: streamlines_picture(found, V, look), write_curves, mesh)
     answers = found.report()
     near = answers["neighbor_distance"]
     lines = [
         f"streamlines: {counted(len(found), 'streamline')}, {answers['closed']} closed, length {answers['length']:.6g}"
     ]
-    if len(found):
-        lines.append(
-            f"spacing: {distance:.6g}, {100 * near['share_from_half_to_twice']:.3g} % of distances to the nearest from "
-            f"half of it to twice it, median {near['median']:.3g} of it"
-        )
+    lines.append(
+        f"spacing: {distance:.6g}; the nearest is at {near['median']:.3g} of it in the median, and from half to twice of "
+        f"it at {100 * near['share_from_half_to_twice']:.3g} % of places"
+    )
     if ends := answers["ends"]:
         lines.append("ends: " + ", ".join(f"{count} {name}" for name, count in ends.items()))
     each = [

@@ -10,8 +10,9 @@ from geomhw.errors import GeomhwError, RenderError
 from geomhw.mesh.geometry import unit
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.render.colors import plain_number
-from geomhw.render.layers import Arrows, Panel, Surface
+from geomhw.render.layers import Arrows, Panel, Surface, arrow_scale
 from geomhw.render.look import Look
+from geomhw.results import Cloud, Result
 
 if TYPE_CHECKING:
     from geomhw.flow.even_streamlines import Streamlines
@@ -24,6 +25,8 @@ WIDTH, THINNEST, WIDEST = 2.2, 0.35, 1.6
 HEAD = 0.8
 #: Vectors below this share of the scale are not drawn.
 FAINT = 0.01
+#: Streamlines of a page, side by side on a square of the area of the mesh.
+ON_PAGE = 30
 #: Part of the color map of lengths below a texture.
 COLOR_SPAN = (0.25, 1.0)
 
@@ -96,3 +99,15 @@ def flow_lines(lines: "Streamlines", scale: float | None) -> FlowLines:
     ahead = unit(x[at + 1] - x[at])
     places = x[at] + (along - joined[at])[:, None] * ahead
     return FlowLines(x, segments, widths, places, ahead, lines.mesh.face_normals[faces[at]], width[at])
+
+
+def streamlines_of(result: Result) -> dict[str, Cloud]:
+    """Return the streamlines of each vector field of a result, for a page."""
+    spacing = float(np.sqrt(result.mesh.face_areas.sum())) / ON_PAGE
+    found = {}
+    for field in result.fields:
+        if field.location != "mesh" and np.shape(field.values)[1:] == (3,):
+            vectors = np.asarray(field.values, dtype=float)
+            layer = Arrows(vectors, field.location, scale=arrow_scale(vectors))
+            found[f"streamlines of {field.name}"] = traced(result.mesh, layer, spacing).polylines()
+    return {name: cloud for name, cloud in found.items() if len(cloud.points)}
