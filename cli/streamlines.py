@@ -93,13 +93,11 @@ def streamlines(mesh_path: Path, field: str, spacing: float, files: dict[str, An
     job.write(found.polylines(), lambda _cloud, look: streamlines_picture(found, V, look), write_curves, mesh)
     answers = found.report()
     near = answers["neighbor_distance"]
+    share = f"{100 * near['share_from_half_to_twice']:.3g} % from half to twice of it"
     lines = [
-        f"streamlines: {counted(len(found), 'streamline')}, {answers['closed']} closed, length {answers['length']:.6g}"
+        f"lines: {counted(len(found), 'streamline')}, {answers['closed']} closed, length {answers['length']:.6g}",
+        f"spacing: {distance:.6g}; distance to the nearest {near['median']:.3g} of it in the median, {share}",
     ]
-    lines.append(
-        f"spacing: {distance:.6g}; the nearest is at {near['median']:.3g} of it in the median, and from half to twice of "
-        f"it at {100 * near['share_from_half_to_twice']:.3g} % of places"
-    )
     if ends := answers["ends"]:
         lines.append("ends: " + ", ".join(f"{count} {name}" for name, count in ends.items()))
     each = [

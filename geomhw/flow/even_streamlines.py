@@ -22,6 +22,8 @@ from geomhw.results import Cloud, Field
 
 #: Names of the reasons why a streamline ends, by their number in the array ``stop``.
 STOPS = ("", "closed", "boundary", "critical point", "near another", "near itself", "too many edges")
+#: Streamlines side by side on a square of the area of the mesh, at most.
+MOST = 3000
 #: Speeds below this share of the largest are zero.
 SLOW = 1e-12
 #: Numbers by which first seeds are ordered are equal within this share.
@@ -152,7 +154,7 @@ def even_streamlines(mesh: TriangleMesh, velocity: Floats, spacing: float) -> St
     Raises
     ------
     ArgumentError
-        If the spacing is not positive and finite.
+        If the spacing is not finite, or gives more than `MOST` streamlines side by side.
     FieldError
         If the velocity is not a finite face field.
     MeshError
@@ -173,6 +175,8 @@ def even_streamlines(mesh: TriangleMesh, velocity: Floats, spacing: float) -> St
     """
     if not (spacing > 0 and isfinite(spacing)):
         raise ArgumentError(f"the spacing of streamlines is positive and finite, not {spacing}")
+    if spacing < (least := default_spacing(mesh, MOST)):
+        raise ArgumentError(f"a spacing of {spacing:g} is too small for this mesh; the smallest is {least:.6g}")
     return _Placement(mesh, velocity, spacing).run()
 
 

@@ -167,7 +167,7 @@ def test_fields_without_streamlines() -> None:
 
 def test_impossible_arguments() -> None:
     """A spacing is positive and finite, and edges have at most two faces."""
-    for spacing in (0.0, -1.0, np.inf, np.nan):
+    for spacing in (0.0, -1.0, np.inf, np.nan, 1e-9):
         with pytest.raises(ArgumentError, match="spacing"):
             even_streamlines(BALL, CASES["rotation"][1], spacing)
     pages = book()
