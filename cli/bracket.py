@@ -7,7 +7,7 @@ import click
 
 from geomhw_cli import options
 from geomhw_cli.options import OUTPUT, OptionGroup, command, option
-from geomhw_cli.output_options import FIELD_FILES
+from geomhw_cli.output_options import VECTOR_FILES
 from geomhw_cli.runtime.job import Job
 from geomhw_cli.specs import fields
 
@@ -19,7 +19,7 @@ from geomhw_cli.specs import fields
             "--field field_specs", f"U, then V, given twice: {fields.FLOW_FIELD_HELP}.", multiple=True
         ),
     ),
-    FIELD_FILES,
+    VECTOR_FILES,
     OptionGroup(
         "Operator",
         option(

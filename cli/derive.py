@@ -5,7 +5,7 @@ from typing import Any
 
 from geomhw_cli import options
 from geomhw_cli.options import OptionGroup, command
-from geomhw_cli.output_options import FIELD_FILES
+from geomhw_cli.output_options import VECTOR_FILES
 from geomhw_cli.runtime.job import Job
 from geomhw_cli.specs import fields
 
@@ -16,7 +16,7 @@ from geomhw_cli.specs import fields
         options.vector_field("--field", f"Vector field V: {fields.FLOW_FIELD_HELP}.", required=True),
         options.vector_field("--along", "Field U of the direction, written as --field.  [default: V]", default=None),
     ),
-    FIELD_FILES,
+    VECTOR_FILES,
     options.REPORT,
 )
 def derive(mesh_path: Path, field: str, along: str | None, files: dict[str, Any], report: dict[str, Any]) -> None:

@@ -12,7 +12,7 @@ from geomhw.options import HEAT_METHOD, Boundary, DistanceMethodName, GeodesicPa
 from geomhw.wording import counted
 from geomhw_cli import options
 from geomhw_cli.options import INPUT, Choice, Choices, OptionGroup, choice, command, flag, is_given, option
-from geomhw_cli.output_options import FIELD_FILES
+from geomhw_cli.output_options import VECTOR_FILES
 from geomhw_cli.runtime.accuracy import accuracy_lines
 from geomhw_cli.runtime.dask_cluster import SCHEDULER
 from geomhw_cli.runtime.distance_batch import compute_distances, compute_matrix
@@ -119,7 +119,7 @@ if TYPE_CHECKING:
         options.SOLVER,
         name="method",
     ),
-    FIELD_FILES,
+    VECTOR_FILES,
     OptionGroup(
         "Output",
         click.Option(

@@ -6,7 +6,7 @@ from typing import Any
 from geomhw.wording import counted
 from geomhw_cli import options
 from geomhw_cli.options import OptionGroup, command, option
-from geomhw_cli.output_options import FIELD_FILES
+from geomhw_cli.output_options import VECTOR_FILES
 from geomhw_cli.runtime.job import Job
 from geomhw_cli.specs.fields import array_files
 from geomhw_cli.specs.files import Spec
@@ -26,7 +26,7 @@ SPURIOUS = 1e-9
             required=True,
         ),
     ),
-    FIELD_FILES,
+    VECTOR_FILES,
     options.REPORT,
 )
 def helmholtz(mesh_path: Path, field_spec: str, files: dict[str, Any], report: dict[str, Any]) -> None:

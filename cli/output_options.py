@@ -2,8 +2,8 @@
 
 import click
 
-from geomhw.options import FRAMES_PER_SECOND, PANEL_WIDTH, UpAxis
-from geomhw_cli.options import OUTPUT, Choice, OptionGroup, flag, option
+from geomhw.options import FRAMES_PER_SECOND, PANEL_WIDTH, DrawName, UpAxis
+from geomhw_cli.options import OUTPUT, Choice, OptionGroup, choice, flag, option
 from geomhw_cli.specs.files import FormatName, set_format
 from geomhw_cli.specs.looks import ColorMap, Isolines, Limits, ViewName
 from geomhw_cli.specs.numbers import Number
@@ -37,6 +37,13 @@ DRAWING = (
     option("--isolines", "D|N|none", Isolines(), "Isolines: their number such as 12, or spacing such as 0.5 or 5.0."),
     flag("--transparent", "Make the background transparent."),
 )
+#: The option of commands that draw vectors.
+DRAW = choice(
+    "--draw",
+    DrawName,
+    "How pictures draw vectors: arrows; streamlines, evenly spaced, wider where vectors are long; or lic, a texture of "
+    "short streaks along them (line integral convolution).",
+)
 
 
 def _files(what: str, *further: click.Option) -> OptionGroup:
@@ -46,8 +53,9 @@ def _files(what: str, *further: click.Option) -> OptionGroup:
     return OptionGroup("Output", output, *further, *pictures, *DRAWING, name="files")
 
 
-#: Files of a command that computes one field, curves on the mesh, or points on the mesh.
+#: Files of a command that computes one field, vectors, curves on the mesh, or points on the mesh.
 FIELD_FILES = _files("Mesh with the computed arrays: .vtk, .vtp, .vtu or .ply.", OUTPUT_FORMAT)
+VECTOR_FILES = OptionGroup("Output", *FIELD_FILES.options, DRAW, name="files")
 CURVE_FILES = _files("Curves as polylines, .vtp, or as a table with a row per point, .csv.")
 POINT_FILES = _files("Points, .vtp, or as a table with a row per point, .csv.")
 #: Files of a command that computes a time series, as `FrameWriter.plan` takes them.
@@ -66,5 +74,6 @@ SERIES_FILES = OptionGroup(
     option("--png", "FILE", OUTPUT, "Contact sheet of at most twelve frames."),
     flag("--no-png", "Draw no contact sheet and no film."),
     *DRAWING,
+    DRAW,
     name="files",
 )

@@ -31,6 +31,7 @@ from geomhw_cli.runtime import interrupts
 from geomhw_cli.runtime.pictures import keep_command_line
 from geomhw_cli.sample import sample
 from geomhw_cli.spectrum import spectrum
+from geomhw_cli.streamlines import streamlines
 from geomhw_cli.trace import trace
 from geomhw_cli.vecdiffuse import vecdiffuse
 from geomhw_cli.view import view
@@ -141,6 +142,7 @@ for command in (
     repair,
     sample,
     spectrum,
+    streamlines,
     trace,
     vecdiffuse,
     view,

@@ -8,7 +8,7 @@ import click
 from geomhw.options import EndCondition, SignatureName, SpectralDistanceName, SpectrumName
 from geomhw_cli import options
 from geomhw_cli.options import Choice, OptionGroup, choice, command, is_given, option
-from geomhw_cli.output_options import FIELD_FILES
+from geomhw_cli.output_options import VECTOR_FILES
 from geomhw_cli.runtime.job import Job
 from geomhw_cli.specs.numbers import POSITIVE, Number
 
@@ -49,7 +49,7 @@ ACCURATE = 1e-8
         options.SOURCE,
         option("--time", "T", POSITIVE, "t of the diffusion distance.  [default: 1 / first positive eigenvalue]"),
     ),
-    FIELD_FILES,
+    VECTOR_FILES,
     options.REPORT,
 )
 def spectrum(

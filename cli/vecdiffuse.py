@@ -9,7 +9,7 @@ from geomhw.options import Connection
 from geomhw.wording import counted
 from geomhw_cli import options
 from geomhw_cli.options import OptionGroup, choice, command, option
-from geomhw_cli.output_options import FIELD_FILES
+from geomhw_cli.output_options import VECTOR_FILES
 from geomhw_cli.runtime.job import Job, robust_line, time_line
 from geomhw_cli.specs.numbers import LARGEST, Number
 from geomhw_cli.specs.sources import SourceSpecs, shortened, source_line
@@ -73,7 +73,7 @@ MAX_SEED = 10**18 - 1
         options.SOLVER,
         name="method",
     ),
-    FIELD_FILES,
+    VECTOR_FILES,
     options.REPORT,
 )
 def vecdiffuse(

@@ -40,6 +40,8 @@ Advection = Literal["full", "increment"]
 ForceName = Literal["jet", "none"]
 #: What a field has one row for; ``mesh``: values of the whole, such as a time.
 Location = Literal["vertex", "face", "mesh"]
+#: How pictures draw vectors: arrows, evenly spaced streamlines, or line integral convolution.
+DrawName = Literal["arrows", "streamlines", "lic"]
 #: The axis that points up in a picture.
 UpAxis = Literal["x", "y", "z"]
 #: What the picture of `geodesic` shows.

@@ -19,6 +19,7 @@ from geomhw_cli.specs.files import STANDARD, file_stem, read_input, require_writ
 
 if TYPE_CHECKING:
     from geomhw.mesh.triangle_mesh import TriangleMesh
+    from geomhw.results import Cloud, Result
 
 
 @dataclass
@@ -143,7 +144,7 @@ class Job:
         self.written += map(str, [*self.outputs, *(path for path, _ in others)])
         if self.pictures and self.pictures.page:
             with self.stage("page"), self.telling_written([str(self.pictures.page)]):
-                frame, clouds = (Result(mesh), {"curves": result}) if mesh else (result, {})
+                frame, clouds = (Result(mesh), {"curves": result}) if mesh else (result, self._streamlines(result))
                 self.written += self.pictures.write_page([frame], clouds=clouds)
         if self.pictures and self.pictures.paths:
             names = [str(path) for path in self.pictures.paths.values()]
@@ -156,6 +157,12 @@ class Job:
                 done = ", ".join(self.written)
                 raise RenderError(f"{error} ({done} is written; --no-png leaves the picture out)") from error
             self.written += names
+
+    def _streamlines(self, result: "Result") -> "dict[str, Cloud]":
+        """Return the streamlines of the vector fields of a result, if pictures have them."""
+        from geomhw.render.flow_lines import streamlines_of
+
+        return streamlines_of(result) if self.pictures and self.pictures.look.draw == "streamlines" else {}
 
     @contextmanager
     def telling_written(self, pictures: Sequence[str]) -> Iterator[None]:

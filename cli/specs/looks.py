@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from geomhw.render.look import Look
 
 #: Options of a command that a `Look` takes.
-_CHOICES = ("view", "up", "zoom", "width", "colormap", "limits", "isolines", "transparent")
+_CHOICES = ("view", "up", "zoom", "width", "colormap", "limits", "isolines", "draw", "transparent")
 
 
 class ViewName(click.ParamType):  # type: ignore[type-arg]  # generic in later versions of click

@@ -2,6 +2,8 @@ from .advection import ColorRange as ColorRange
 from .advection import flow_of as flow_of
 from .advection import frames as frames
 from .bounded_flow import BoundedFlow as BoundedFlow
+from .even_streamlines import Streamlines as Streamlines
+from .even_streamlines import even_streamlines as even_streamlines
 from .field_derivatives import FieldDerivatives as FieldDerivatives
 from .field_derivatives import derivatives_of as derivatives_of
 from .flow_map import FlowMap as FlowMap

@@ -76,8 +76,9 @@ class StreamlineTracer:
         across[one], across[other] = other, one
         around = np.argsort(mesh.faces.ravel(), kind="stable")
         starts = np.searchsorted(mesh.faces.ravel()[around], np.arange(mesh.n_vertices + 1))
-        edges = np.ascontiguousarray(mesh.opposite_edges)
-        self._adjacency = (mesh.faces.astype(np.int64), edges, np.array(mesh.face_areas), across, around, starts)
+        edges = np.array(mesh.opposite_edges, order="C")
+        corners = np.array(mesh.faces, dtype=np.int64, order="C")
+        self._adjacency = (corners, edges, np.array(mesh.face_areas), across, around, starts)
 
     def seeds(self, count: int) -> FacePoints:
         """Return points that represent equal areas, the same ones every time; ArgumentError for a count below 1."""
@@ -88,6 +89,12 @@ class StreamlineTracer:
     def positions(self, points: FacePoints) -> Floats:
         """Return the positions in space, (k, 3)."""
         return points_on(self.mesh, points.faces, points.weights)
+
+    def flow(self, velocity: Floats) -> "FaceFlow":
+        """Return a velocity, (m, 3), as the compiled loops take it; FieldError if it is not a finite face field."""
+        V = tangential(self.mesh, velocity)
+        rates = np.einsum("fkx,fx->fk", self._hats, V)
+        return FaceFlow(*self._adjacency, np.array(V, order="C"), np.array(rates, order="C"))
 
     def advance(self, points: FacePoints, velocity: Floats, dt: float) -> FacePoints:
         """Return the points after a time dt of any length along a velocity.
@@ -105,9 +112,7 @@ class StreamlineTracer:
         """
         if not (dt >= 0 and math.isfinite(dt)):
             raise ArgumentError(f"tracers move for a finite time of zero or more, not for {dt}")
-        V = tangential(self.mesh, velocity)
-        rates = np.einsum("fkx,fx->fk", self._hats, V)
-        flow = _Flow(*self._adjacency, np.ascontiguousarray(V), np.ascontiguousarray(rates))
+        flow = self.flow(velocity)
         faces, weights = points.faces.astype(np.int64), np.array(points.weights, order="C")
         if not _advance(flow, faces, weights, float(dt), MOST_CROSSINGS):
             raise ConvergenceError(
@@ -116,7 +121,7 @@ class StreamlineTracer:
         return FacePoints(faces, weights)
 
 
-class _Flow(NamedTuple):
+class FaceFlow(NamedTuple):
     """A face field on a mesh. Edges of faces are numbered 3f + k, opposite corner k, from corner k + 1 to k + 2.
 
     corners: (m, 3), vertices. edges: (m, 3, 3), vectors. areas: (m,). across: (3m,), the number of each edge in the
@@ -135,7 +140,7 @@ class _Flow(NamedTuple):
 
 
 @compiled
-def _advance(flow: _Flow, faces: Ints, weights: Floats, dt: float, most: int) -> bool:
+def _advance(flow: FaceFlow, faces: Ints, weights: Floats, dt: float, most: int) -> bool:
     """Move points for a time dt, in place; false if one crosses more than the most edges."""
     for p in range(len(faces)):
         faces[p], finished = _advance_point(flow, faces[p], weights[p], dt, most)
@@ -145,7 +150,7 @@ def _advance(flow: _Flow, faces: Ints, weights: Floats, dt: float, most: int) ->
 
 
 @compiled
-def _advance_point(flow: _Flow, face: int, b: Floats, dt: float, most: int) -> tuple[int, bool]:
+def _advance_point(flow: FaceFlow, face: int, b: Floats, dt: float, most: int) -> tuple[int, bool]:
     """Move a point at b, in place, from edge to edge; its face, and whether the time is over.
 
     The loop keeps one edge that was crossed, the place on it, and the time since then. If the point returns to the
@@ -156,7 +161,7 @@ def _advance_point(flow: _Flow, face: int, b: Floats, dt: float, most: int) -> t
     for _ in range(most):
         if left == 0:
             return face, True
-        face, crossed = _enter(flow, face, b, rates)
+        face, crossed = enter_face(flow, face, b, rates)
         if crossed >= 0:
             at = b[(crossed + 1) % 3]
             closed = crossed == marked and abs(at - place) <= CLOSED * min(at, 1 - at)
@@ -183,7 +188,7 @@ def _advance_point(flow: _Flow, face: int, b: Floats, dt: float, most: int) -> t
 
 
 @compiled
-def _enter(flow: _Flow, face: int, b: Floats, rates: Floats) -> tuple[int, int]:
+def enter_face(flow: FaceFlow, face: int, b: Floats, rates: Floats) -> tuple[int, int]:
     """Find the face in which a point on an edge or vertex continues, and set its coordinates and rates there.
 
     Returns the face, and the edge that was crossed, as the new face numbers it; -1 for none.
@@ -208,7 +213,7 @@ def _enter(flow: _Flow, face: int, b: Floats, rates: Floats) -> tuple[int, int]:
 
 
 @compiled
-def _slide(flow: _Flow, edge: int, rates: Floats) -> bool:
+def _slide(flow: FaceFlow, edge: int, rates: Floats) -> bool:
     """Set the rates along an edge that a point cannot cross, at the boundary or if the field beyond points back.
 
     Returns whether it is such an edge; otherwise the rates are unchanged [Filippov].
@@ -232,7 +237,7 @@ def _slide(flow: _Flow, edge: int, rates: Floats) -> bool:
 
 
 @compiled
-def _leave_vertex(flow: _Flow, vertex: int, b: Floats, rates: Floats) -> int:
+def _leave_vertex(flow: FaceFlow, vertex: int, b: Floats, rates: Floats) -> int:
     """Set coordinates and rates of a point at a vertex for the fastest way away, rates zero if there is none; its face.
 
     Ways are through a face, along the edge to its next corner, and along the edge to the corner after.

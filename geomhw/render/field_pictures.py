@@ -1,13 +1,18 @@
 """Pictures of tangent fields: the bracket of two, and the derivatives of one."""
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from geomhw.arrays import Floats
 from geomhw.render.layers import Arrows, Panel, Surface, arrow_scale
 from geomhw.render.look import AUTOMATIC, Look
 from geomhw.render.panels import Picture, draw
 from geomhw.results import Result
+
+if TYPE_CHECKING:
+    from geomhw.flow.even_streamlines import Streamlines
 
 #: Spacing of arrows as a fraction of the panel.
 SPACING = 0.04
@@ -72,6 +77,32 @@ def derivative_picture(result: Result, look: Look = AUTOMATIC, size: tuple[int, 
         Panel("strain", Surface(stretch, "face", label="length of the strain tensor")),
     ]
     return draw(result.mesh, panels, size, columns=3, look=look)
+
+
+def streamlines_picture(lines: "Streamlines", velocity: Floats, look: Look = AUTOMATIC) -> Picture:
+    """Draw streamlines with heads, over the speed.
+
+    Parameters
+    ----------
+    lines : Streamlines
+    velocity : (m, 3) array
+        The field that they follow.
+    look : Look
+        View, width and colors.
+
+    Returns
+    -------
+    (height, width, 3) array, uint8
+
+    Raises
+    ------
+    RenderError
+        If there is no OpenGL on this machine.
+    """
+    speed = np.linalg.norm(velocity, axis=1)
+    surface = Surface(speed, "face", span=(0.25, 1.0), outliers=0.01, label="speed [mesh units/time]")
+    arrows = Arrows(velocity, style="streamlines", lines=lines, spacing=SPACING)
+    return draw(lines.mesh, [Panel(surface=surface, arrows=[arrows])], look=look)
 
 
 def _arrows(result: Result, title: str, name: str, surface: Surface) -> Panel:

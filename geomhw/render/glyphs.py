@@ -46,6 +46,31 @@ def ribbons(segments: Floats, width: float) -> tuple[Floats, Ints]:
     return points.reshape(-1, 3), triangles.reshape(-1, 3)
 
 
+def strips(points: Floats, segments: Ints, widths: Floats) -> tuple[Floats, Ints]:
+    """Return points and triangles of polylines as strips in planes of constant z.
+
+    points: (k, 3). segments: the first point of each, which the next follows. widths: of the strips at points, (k,).
+    """
+    ahead = np.zeros((len(points), 3))
+    along = points[segments + 1] - points[segments]
+    np.add.at(ahead, segments, along)
+    np.add.at(ahead, segments + 1, along)
+    ahead = unit(ahead * [1, 1, 0])
+    side = 0.5 * widths[:, None] * np.stack([-ahead[:, 1], ahead[:, 0], np.zeros(len(ahead))], axis=1)
+    left, right = 2 * segments, 2 * segments + 1
+    triangles = np.stack([left, right, right + 2, left, right + 2, left + 2], axis=1).reshape(-1, 3)
+    return np.stack([points - side, points + side], axis=1).reshape(-1, 3), triangles
+
+
+def head_triangles(centers: Floats, vectors: Floats, normals: Floats) -> tuple[Floats, Ints]:
+    """Return points and triangles of heads of arrows with the given vectors, perpendicular to the normals."""
+    across = unit(np.cross(normals, vectors)) * np.linalg.norm(vectors, axis=1, keepdims=True)
+    outline = np.array([[0.5, 0.0], [-0.5, 0.42], [-0.25, 0.0], [-0.5, -0.42]])
+    points = centers[:, None] + outline[:, :1] * vectors[:, None] + outline[:, 1:] * across[:, None]
+    triangles = 4 * np.arange(len(centers))[:, None, None] + np.array([[0, 1, 2], [0, 2, 3]])
+    return points.reshape(-1, 3), triangles.reshape(-1, 3)
+
+
 def comets(paths: Floats, radii: Floats) -> tuple[Floats, Ints, Floats]:
     """Return points, triangles and opacity of comets in planes of constant z.
 

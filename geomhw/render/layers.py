@@ -2,12 +2,16 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from geomhw.arrays import Floats
+from geomhw.options import DrawName
+
+if TYPE_CHECKING:
+    from geomhw.flow.even_streamlines import Streamlines
 
 Color = str  # "#rrggbb"
 #: Color of a surface without values: light, so that shading shows its relief.
@@ -54,6 +58,8 @@ class Arrows:
     vectors: (m, 3) or (n, 3). scale: magnitude of an arrow as long as the spacing; None: all arrows of one length.
     spacing: distance between arrows, a fraction of the shorter side of the panel.
     points: places of the arrows, (m, 3) or (n, 3); by default the face centers or the vertices.
+    style: what is drawn instead of arrows; arrows at given points stay arrows. lines: the streamlines, if they are
+        known already.
     """
 
     vectors: Floats
@@ -62,6 +68,8 @@ class Arrows:
     scale: float | None = None
     spacing: float = 0.034
     points: Floats | None = None
+    style: DrawName = "arrows"
+    lines: "Streamlines | None" = None
 
 
 def arrow_scale(vectors: Floats) -> float:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from geomhw.errors import ArgumentError
-from geomhw.options import PANEL_WIDTH
+from geomhw.options import PANEL_WIDTH, DrawName
 from geomhw.render.layers import LIGHT, Surface, Theme
 
 #: Azimuth and elevation of named views, in degrees.
@@ -41,6 +41,8 @@ class Look:
         Values at the ends of its color map.
     isolines : int or float, optional
         Their number (int) or spacing (float); 0: none.
+    draw : {"arrows", "streamlines", "lic"}
+        How vectors are drawn.
     transparent : bool
         Make the background transparent; pictures then have four channels.
     theme : Theme
@@ -54,6 +56,7 @@ class Look:
     colormap: str = ""
     limits: tuple[float, float] | None = None
     isolines: int | float | None = None
+    draw: DrawName = "arrows"
     transparent: bool = False
     theme: Theme = LIGHT
 

@@ -24,6 +24,7 @@ from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.render import annotate
 from geomhw.render.canvas import Box, Canvas
 from geomhw.render.colors import Shades, plain_number, round_below, shade
+from geomhw.render.flow_lines import styled
 from geomhw.render.layers import Arrows, Marker, Panel, Surface
 from geomhw.render.look import AUTOMATIC, Look
 from geomhw.render.scene import SUPERSAMPLING, Stage
@@ -106,6 +107,7 @@ class Drawing:
         shared: int = 0,
     ) -> None:
         view = view or choose_view(mesh, landmarks(mesh, sources), look)
+        panels = [styled(panel, look) for panel in panels]
         self.look, self.shared = look, shared
         self.columns = columns or (1 if view.aspect > WIDE else len(panels))
         rows = -(-len(panels) // self.columns)
@@ -224,7 +226,7 @@ def _styled(panels: Sequence[Panel], look: Look) -> list[Panel]:
     main = any(panel.surface.main and panel.surface.values is not None for panel in panels)
     return [
         replace(panel, surface=look.apply(panel.surface)) if panel.surface.main or not main else panel
-        for panel in panels
+        for panel in (styled(panel, look) for panel in panels)
     ]
 
 
@@ -255,4 +257,4 @@ def _bar_label(surface: Surface, shades: Shades) -> str:
 
 def _scaled(panel: Panel) -> Arrows | None:
     """Return the arrows drawn to scale, whose key replaces the note."""
-    return next((arrows for arrows in panel.arrows if arrows.scale is not None), None)
+    return next((arrows for arrows in panel.arrows if arrows.scale is not None and arrows.style == "arrows"), None)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from geomhw.arrays import Floats
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.options import PANEL_WIDTH
-from geomhw.render import glyphs
+from geomhw.render import flow_lines, glyphs, texture
 from geomhw.render.colors import Shades, shade
 from geomhw.render.layers import LIGHT, Arrows, Curves, Streaks, Surface, Theme
 from geomhw.render.offscreen import pyvista_import
@@ -103,7 +103,10 @@ class Stage:
         """
         shades = shades or shade(surface, self.mesh)
         self._window.clear()
+        textures = [item for item in arrows if item.style == "lic"]
         self._add_surface(surface, shades)
+        for item in textures:
+            self._add_texture(item, surface, shades)
         clipped = bool(arrows or streaks)
         if clipped and self._depths is None:
             self._window.pixels()
@@ -114,7 +117,10 @@ class Stage:
                 segments[..., 2] += _rise(segments, curves[number - 1].width * self._line)[:, None]
             self._add_lines(segments + np.array([0, 0, (1 + number) * LIFT]), line.color, line.width)
         for item in arrows:
-            self._add_arrows(item)
+            if item.style == "streamlines":
+                self._add_streamlines(item)
+            elif item.style == "arrows":
+                self._add_arrows(item)
         for comets in streaks:
             self._add_streaks(comets)
         picture = self._window.pixels()
@@ -206,6 +212,40 @@ class Stage:
         if whole.any():
             points, triangles = glyphs.arrow_triangles(lifted[whole], drawn[whole], normals[whole])
             self._window.add_triangles(points, triangles, Paint(arrows.color))
+
+    def _add_streamlines(self, layer: Arrows) -> None:
+        """Add streamlines of a layer of arrows, with heads."""
+        width, height = self.size
+        spacing = 2 * flow_lines.DENSITY * layer.spacing * min(width / height, 1.0)
+        streamlines = layer.lines or flow_lines.traced(self.mesh, layer, spacing * self.unit)
+        spacing = min(streamlines.spacing / self.unit, spacing)
+        lines = flow_lines.flow_lines(streamlines, layer.scale)
+        if not len(lines.points):
+            return
+        points = self.view.project(lines.points) / self.unit + np.array([0, 0, LIFT])
+        strips = glyphs.strips(points, lines.segments, flow_lines.WIDTH * self._line * lines.widths)
+        self._window.add_triangles(*strips, Paint(layer.color))
+        shown = np.abs(lines.normals @ self.view.axes[2]) > RIM
+        normals, ahead = lines.normals[shown] @ self.view.axes.T, lines.ahead[shown] @ self.view.axes.T
+        centers = self.view.project(lines.heads[shown]) / self.unit
+        vectors = flow_lines.HEAD * spacing * np.sqrt(lines.sizes[shown])[:, None] * ahead
+        whole = self._on_surface(centers, vectors)
+        if whole.any():
+            front = np.where(normals[:, 2:] < 0, -1.0, 1.0)
+            lifted = centers + 0.1 * spacing * front * normals + [0, 0, 1.5 * LIFT]
+            heads = glyphs.head_triangles(lifted[whole], vectors[whole], normals[whole])
+            self._window.add_triangles(*heads, Paint(layer.color))
+
+    def _add_texture(self, layer: Arrows, surface: Surface, shades: Shades | None) -> None:
+        """Add the surface once more, with its colors modulated by a texture along the vectors."""
+        size = texture.CELL * self._line * self.unit
+        cells = texture.cells(self.mesh, layer, size)
+        points, normals, triangles = cells.refined(
+            self._skin.regular_faces, self._skin.points, self._skin.point_normals
+        )
+        colors = cells.colors(surface, shades, self._skin.regular_faces, self._origin, self.theme)
+        lifted = points + np.array([0, 0, 0.2 * LIFT])
+        self._window.add_textured(lifted, normals, triangles, colors)
 
     def _on_surface(self, centers: Floats, vectors: Floats) -> NDArray[np.bool_]:
         """Return the mask of arrows that do not reach over a silhouette in front of other parts of the surface."""

@@ -66,6 +66,12 @@ class Window:
         ambient = AMBIENT_PLAIN if paint.values is None else AMBIENT_COLORED
         self._add(surface, paint, lighting=True, ambient=ambient, diffuse=1 - ambient, interpolation="Phong")
 
+    def add_textured(self, points: Floats, normals: Floats, triangles: Ints, colors: NDArray[np.uint8]) -> None:
+        """Add lit triangles, (k, 3), with a color each, (k, 3), and a normal at each point."""
+        surface = _triangles(points, triangles)
+        surface.point_data.active_normals = normals.astype(np.float32)
+        self.add_surface(surface, Paint(values=colors, per_face=True))
+
     def add_triangles(self, points: Floats, triangles: Ints, paint: Paint) -> None:
         """Add unlit triangles, (k, 3), of points, (p, 3)."""
         self._add(_triangles(points, triangles), paint, lighting=False)

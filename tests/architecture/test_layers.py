@@ -31,7 +31,7 @@ ALLOWED |= {
     "fluid": _GROUND | {"flow"},
     "spectral": _GROUND | {"flow"},
     "io": {"arrays", "compiled", "errors", "mesh", "results"},
-    "render": {"arrays", "errors", "mesh", "results"},
+    "render": {"arrays", "errors", "mesh", "results", "flow"},
     # Compares two files: above io, below the program only.
     "compare": {"arrays", "errors", "mesh", "results", "io"},
 }
