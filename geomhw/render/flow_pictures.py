@@ -139,8 +139,8 @@ def _frames(results: Sequence[Result], clouds: Sequence[Cloud]) -> list[list[Pan
         time = f"t = {_time(result):.4g}"
         frame = [Panel(f"{title}, {time}", colors[k], **layers[k])]
         if second:
-            title, surfaces = second
-            frame.append(Panel(f"{title}, {time}", surfaces[k]))
+            of_second, surfaces = second
+            frame.append(Panel(f"{of_second}, {time}", surfaces[k]))
         panels.append(frame)
     return panels
 

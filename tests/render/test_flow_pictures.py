@@ -300,6 +300,8 @@ def test_contact_sheet_has_one_bar_for_each_quantity() -> None:
     sheet = np.asarray(contact_sheet(frames, look=look))
     texts = [item.text for item in contact_sheet(frames, look=look).canvas.items if isinstance(item, Text)]
     assert [texts.count(label) for label in ("color", "vorticity [1/time]")] == [1, 1]
+    for k in range(4):
+        assert [texts.count(f"{title}, t = {k}") for title in ("color and velocity", "vorticity")] == [1, 1]
     assert min(item.size for item in contact_sheet(frames, look=look).canvas.items if isinstance(item, Text)) >= 10
     assert (sheet[-80:] < 250).any()
 
