@@ -79,6 +79,8 @@ class _LegacyFile:
             case ["CELL_TYPES", count, *_]:
                 self._skip_words(2)
                 cells = self._cells["CELLS"]
+                if int(count) != len(cells.sizes):
+                    raise FormatError(f"{self.name} has {int(count)} cell types for {len(cells.sizes)} cells")
                 self._cells["CELLS"] = Cells(cells.corners, cells.sizes, self._take(int(count), "int"))
             case ["POINT_DATA" | "CELL_DATA" as keyword, count, *_]:
                 self._rows = int(count)
