@@ -21,6 +21,7 @@ from geomhw_cli.fluid import fluid
 from geomhw_cli.geodesic import geodesic
 from geomhw_cli.helmholtz import helmholtz
 from geomhw_cli.info import info
+from geomhw_cli.killing import killing
 from geomhw_cli.logmap import logmap
 from geomhw_cli.merge import merge
 from geomhw_cli.operators import operators
@@ -134,6 +135,7 @@ for command in (
     geodesic,
     helmholtz,
     info,
+    killing,
     logmap,
     merge,
     operators,

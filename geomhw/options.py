@@ -10,6 +10,10 @@ EndCondition = Literal["neumann", "dirichlet"]
 #: What a spectrum is of: functions by the Laplacian, tangent vectors at vertices by the connection Laplacian, tangent
 #: fields on faces by the Hodge Laplacian.
 SpectrumName = Literal["functions", "vectors", "fields"]
+#: What holds for the fields of `killing` at a boundary: they do not cross it, or nothing.
+FieldBoundary = Literal["tangent", "free"]
+#: What the fields of `killing` are combined from: a vector at each vertex, or divergence-free eigenfields.
+FieldBasis = Literal["vertices", "coexact"]
 #: Descriptors of vertices from eigenfunctions: heat kernel, wave kernel.
 SignatureName = Literal["hks", "wks"]
 #: Distances from eigenfunctions.

@@ -6,6 +6,7 @@ from numpy.typing import NDArray
 from geomhw.arrays import Floats
 from geomhw.errors import MeshError
 from geomhw.mesh.geometry import corner_sum
+from geomhw.mesh.polyhedral import PolyhedralSurface
 from geomhw.mesh.triangle_mesh import TriangleMesh
 
 
@@ -29,13 +30,18 @@ def edge_directions(mesh: TriangleMesh) -> tuple[Floats, Floats]:
     return _by_edge(mesh, ahead + turn, behind + turn)
 
 
+def intrinsic_edge_directions(surface: PolyhedralSurface) -> tuple[Floats, Floats]:
+    """Return angles as `edge_directions`, (e,) each, for edge lengths alone; 0 is the edge at which a fan starts."""
+    return _by_edge(surface, *_corner_angles(surface))
+
+
 def _unit_complex(vectors: Floats, frames: Floats) -> NDArray[np.complex128]:
     """Return the directions of vectors at corners, (m, 3), as unit complex numbers in the frames of the vertices."""
     z = np.einsum("fkx,fkx->fk", vectors, frames[:, :, 0]) + 1j * np.einsum("fkx,fkx->fk", vectors, frames[:, :, 1])
     return np.asarray(z / np.maximum(np.abs(z), np.finfo(float).tiny))
 
 
-def _corner_angles(mesh: TriangleMesh) -> tuple[Floats, Floats]:
+def _corner_angles(mesh: PolyhedralSurface) -> tuple[Floats, Floats]:
     """Return the scaled angles at each corner of the edges to the next and the previous corner, (m, 3) each.
 
     Angle 0 is the edge at which the fan of the vertex starts.
@@ -79,7 +85,7 @@ def _corner_angles(mesh: TriangleMesh) -> tuple[Floats, Floats]:
     return (start * stretch).reshape(m, 3), ((start + mesh.angles.ravel()) * stretch).reshape(m, 3)
 
 
-def _by_edge(mesh: TriangleMesh, ahead: Floats, behind: Floats) -> tuple[Floats, Floats]:
+def _by_edge(mesh: PolyhedralSurface, ahead: Floats, behind: Floats) -> tuple[Floats, Floats]:
     """Gather angles at corners by edge: at the lower and at the higher vertex, (e,) each."""
     low, high = np.zeros(mesh.n_edges), np.zeros(mesh.n_edges)
     leaving, arriving = np.roll(mesh.edge_table.of_faces, -2, axis=1), np.roll(mesh.edge_table.of_faces, -1, axis=1)

@@ -12,6 +12,8 @@ from .crouzeix_raviart import crouzeix_raviart_gradient as crouzeix_raviart_grad
 from .curl import curl as curl
 from .curl import curl_of as curl_of
 from .curl import quarter_turn as quarter_turn
+from .deformation_energy import deformation_energy as deformation_energy
+from .deformation_energy import field_unknowns as field_unknowns
 from .directional_derivative import (
     DirectionalDerivative as DirectionalDerivative,
 )
@@ -23,6 +25,9 @@ from .directional_derivative import (
 )
 from .divergence import divergence as divergence
 from .divergence import divergence_of as divergence_of
+from .edge_directions import carried_to_faces as carried_to_faces
+from .edge_directions import edge_ends as edge_ends
+from .edge_directions import plane_frames as plane_frames
 from .gradient import gradient as gradient
 from .gradient import gradient_of as gradient_of
 from .gradient import hat_gradients as hat_gradients

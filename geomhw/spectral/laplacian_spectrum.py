@@ -144,9 +144,9 @@ def hodge_spectrum(mesh: TriangleMesh, k: int) -> Result:
     Wardetzky: Discrete Differential Operators on Polyhedral Surfaces. PhD thesis, FU Berlin, 2006.
     """
     given, mesh = mesh, cut_at_pinched_vertices(mesh)[0]
-    fields = list(_harmonic_fields(mesh))
+    fields = list(harmonic_fields(mesh))
     kinds, values, residuals = ["harmonic"] * len(fields), [0.0] * len(fields), [0.0] * len(fields)
-    for kind, pairs, G in (("gradient", *_potentials(mesh, k)), ("coexact", *_stream_functions(mesh, k))):
+    for kind, pairs, G in (("gradient", *_potentials(mesh, k)), ("coexact", *stream_functions(mesh, k))):
         for value, residual, function in zip(pairs.values, pairs.residuals, pairs.vectors.T, strict=True):
             field = (G @ function).reshape(-1, 3) / np.sqrt(value)
             kinds.append(kind)
@@ -171,7 +171,7 @@ def _potentials(mesh: TriangleMesh, k: int) -> tuple[Eigenpairs, sp.csr_array]:
     return Eigenpairs(pairs.values[rest], pairs.vectors[:, rest], pairs.residuals[rest]), G
 
 
-def _stream_functions(mesh: TriangleMesh, k: int) -> tuple[Eigenpairs, sp.csr_array]:
+def stream_functions(mesh: TriangleMesh, k: int) -> tuple[Eigenpairs, sp.csr_array]:
     """Eigenpairs of functions at vertices that are zero on the boundary, without constants, and their gradient."""
     free = _inner(mesh)
     closed = np.setdiff1d(mesh.components[mesh.faces[:, 0]], mesh.components[mesh.boundary_vertices])
@@ -183,7 +183,7 @@ def _stream_functions(mesh: TriangleMesh, k: int) -> tuple[Eigenpairs, sp.csr_ar
     return Eigenpairs(pairs.values[rest], pairs.vectors[:, rest], pairs.residuals[rest]), gradient(mesh)[:, free]
 
 
-def _harmonic_fields(mesh: TriangleMesh) -> Floats:
+def harmonic_fields(mesh: TriangleMesh) -> Floats:
     """An orthonormal basis, (2g + b - c, m, 3): two fields a handle, and one for each loop after a component's first.
 
     The latter is n x ∇ψ for the harmonic function ψ that is 1 on the loop and 0 on the others.
