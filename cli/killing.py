@@ -83,7 +83,7 @@ def killing(
     Examples:
       geomhw killing data/sphere.off -k 6 --json
       geomhw killing data/torus.off -o k.vtp --png k.png
-      geomhw killing data/sphere.off --antisymmetric mirror.txt -k 2 -o turned.vtp
+      geomhw killing data/genus2.off --basis coexact --no-png -o flows.vtp
     """
     from geomhw.render.killing_picture import killing_picture
     from geomhw.spectral.killing_fields import killing_fields

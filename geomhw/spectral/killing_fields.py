@@ -122,6 +122,8 @@ class KillingFields:
         """Return the stationary energies, (d,), in the space of independent fields, (n, d), and their coefficients."""
         from scipy.linalg import eigh
 
+        if not fields.shape[1]:
+            return np.empty(0), np.empty((0, 0))
         B = np.stack([fields.real, fields.imag], axis=1).reshape(-1, fields.shape[1])
         values, turns = eigh(B.T @ (self.energy @ B), B.T @ (self._mass[:, None] * B))
         return np.maximum(values, 0.0), np.asarray(turns)
