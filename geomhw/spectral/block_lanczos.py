@@ -47,9 +47,9 @@ def block_lanczos(A: sp.csr_array, M: sp.csr_array, k: int, start: NDArray[Any])
     Grimes, Lewis, Simon: A Shifted Block Lanczos Algorithm for Sparse Symmetric Eigenproblems, 1994.
     """
     inverse = DirectSolver(sp.csr_array(A + M))
-    limit = min(LARGEST * k + 8 * BLOCK, A.shape[0] - BLOCK)
-    basis = np.empty((A.shape[0], limit + BLOCK), dtype=A.dtype, order="F")
-    projected = np.zeros((limit + BLOCK, limit + BLOCK), dtype=A.dtype)
+    limit = min(LARGEST * k + 16 * start.shape[1], A.shape[0] - start.shape[1])
+    basis = np.empty((A.shape[0], limit + start.shape[1]), dtype=A.dtype, order="F")
+    projected = np.zeros((limit + start.shape[1],) * 2, dtype=A.dtype)
     block, size, look = orthonormal(start.astype(A.dtype), M), 0, 0
     while size < limit:
         before, size = size, size + block.shape[1]
@@ -57,6 +57,9 @@ def block_lanczos(A: sp.csr_array, M: sp.csr_array, k: int, start: NDArray[Any])
         image = inverse(M @ block)
         projected[:size, before:size] = _orthogonalize(image, basis[:, :size], M)
         block = orthonormal(image, M)
+        # The parts of the basis in short columns have grown with them.
+        _orthogonalize(block, basis[:, :size], M)
+        block = orthonormal(block, M)
         rest = np.conj(block.T) @ (M @ image)
         look += 1
         if size >= k + 2 * BLOCK and look % LOOK == 0:

@@ -147,10 +147,16 @@ def _lanczos(A: sp.csr_array, M: sp.csr_array, k: int) -> tuple[Floats, NDArray[
 
 
 def gap_below(values: Floats) -> float:
-    """The middle of the widest gap, relative to the values, in the upper half of ascending eigenvalues."""
-    half = len(values) // 2
-    gaps = np.diff(values[half:]) / (1 + values[half + 1 :])
-    last = half + int(np.argmax(gaps))
+    """The middle of the widest gap, relative to the values, in the upper half of ascending eigenvalues.
+
+    Where these are all equal, that of all values; where all are, a value below them.
+    """
+    half, gaps = len(values) // 2, np.diff(values) / (1 + values[1:])
+    last = half + int(np.argmax(gaps[half:]))
+    if gaps[last] <= MULTIPLE:
+        last = int(np.argmax(gaps))
+    if gaps[last] <= MULTIPLE:
+        return float(values[0] - MULTIPLE * (1 + values[0]))
     return float(values[last] + values[last + 1]) / 2
 
 

@@ -11,7 +11,13 @@ from geomhw.mesh.primitives import grid, icosphere, torus
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.operators import stiffness
 from geomhw.results import Result
-from geomhw.spectral import connection_spectrum, hodge_spectrum, laplacian_spectrum, mean_mass
+from geomhw.spectral import (
+    connection_spectrum,
+    hodge_spectrum,
+    laplacian_spectrum,
+    mean_mass,
+    smallest_eigenpairs,
+)
 from support.meshes import annulus, disc
 from support.rates import fitted_rate
 
@@ -146,3 +152,15 @@ def test_no_copy_of_a_multiple_eigenvalue_is_missed(copies: int) -> None:
     single = eigenvalues(laplacian_spectrum(ball, 4))
     found = eigenvalues(laplacian_spectrum(mesh, 4 * copies))
     np.testing.assert_allclose(found, np.repeat(single, copies), rtol=1e-9, atol=1e-11)
+
+
+def test_equal_values_at_the_end_and_invariant_subspaces() -> None:
+    """Copies of one value fill the upper half of those computed; a block that is nearly invariant stays orthogonal."""
+    ball = icosphere(2)
+    points = np.concatenate([ball.vertices + np.array([3.0 * k, 0, 0]) for k in range(12)])
+    faces = np.concatenate([ball.faces + ball.n_vertices * k for k in range(12)])
+    S, M = stiffness(TriangleMesh(points, faces)), mean_mass(TriangleMesh(points, faces))
+    np.testing.assert_allclose(smallest_eigenpairs(S, M, 2).values, 0, atol=1e-12)
+    stretched = TriangleMesh(icosphere(4).vertices * [1, 1, 40], icosphere(4).faces)
+    report = laplacian_spectrum(stretched, 100).report
+    assert max(report["residuals"]) < 1e-9
