@@ -17,6 +17,7 @@ from geomhw_cli.bracket import bracket
 from geomhw_cli.center import center
 from geomhw_cli.compare import compare
 from geomhw_cli.derive import derive
+from geomhw_cli.design import design
 from geomhw_cli.fluid import fluid
 from geomhw_cli.geodesic import geodesic
 from geomhw_cli.helmholtz import helmholtz
@@ -131,6 +132,7 @@ for command in (
     center,
     compare,
     derive,
+    design,
     fluid,
     geodesic,
     helmholtz,

@@ -2,6 +2,9 @@ from . import (
     compare as compare,
 )
 from . import (
+    directions as directions,
+)
+from . import (
     errors as errors,
 )
 from . import (

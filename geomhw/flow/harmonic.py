@@ -66,16 +66,23 @@ def closed_forms(mesh: TriangleMesh) -> Floats:
 
     Each counts the signed crossings of every edge by a closed path of faces; no such path is a boundary.
     """
-    edge_faces = _edge_faces(mesh)
+    edge_faces = edge_faces_of(mesh)
     inner = np.asarray((edge_faces >= 0).all(axis=1))
     ends = loop_representatives(mesh)[mesh.edges]
-    tree = _spanning_forest(ends, inner & (ends[:, 0] != ends[:, 1]), mesh.n_vertices)[1]
+    tree = spanning_forest(ends, inner & (ends[:, 0] != ends[:, 1]), mesh.n_vertices)[1]
     rest = inner.copy()
     rest[tree[tree >= 0]] = False
-    parents, cotree = _spanning_forest(edge_faces, rest, mesh.n_faces)
+    parents, cotree = spanning_forest(edge_faces, rest, mesh.n_faces)
     rest[cotree[cotree >= 0]] = False
-    generators = np.flatnonzero(rest)
-    forms = np.zeros((len(generators), mesh.n_edges))
+    return crossing_forms(edge_faces, parents, cotree, np.flatnonzero(rest))
+
+
+def crossing_forms(edge_faces: Ints, parents: Ints, cotree: Ints, generators: Ints) -> Floats:
+    """One closed 1-form per generator, (g, e): the signed crossings of edges by a path of faces through the generator.
+
+    parents, cotree: of a `spanning_forest` of the faces, over which the path continues from both faces of a generator.
+    """
+    forms = np.zeros((len(generators), len(edge_faces)))
     for form, edge in zip(forms, generators, strict=True):
         form[edge] = -1
         # From both faces of the edge to the root. Leaving a face over an edge that runs upward in it counts +1.
@@ -87,7 +94,7 @@ def closed_forms(mesh: TriangleMesh) -> Floats:
     return forms
 
 
-def _edge_faces(mesh: TriangleMesh) -> Ints:
+def edge_faces_of(mesh: TriangleMesh) -> Ints:
     """The face in which each edge runs from lower to higher vertex, and the face of the reverse, (e, 2); -1 if none."""
     faces = np.full((mesh.n_edges, 2), -1)
     down = np.roll(mesh.faces, -1, axis=1) > np.roll(mesh.faces, -2, axis=1)
@@ -95,7 +102,7 @@ def _edge_faces(mesh: TriangleMesh) -> Ints:
     return faces
 
 
-def _spanning_forest(pairs: Ints, usable: Ints, size: int) -> tuple[Ints, Ints]:
+def spanning_forest(pairs: Ints, usable: Ints, size: int) -> tuple[Ints, Ints]:
     """Breadth-first forest over the usable pairs: parent of each node and the pair joining them; -1 at roots."""
     from scipy.sparse.csgraph import breadth_first_order, connected_components
 

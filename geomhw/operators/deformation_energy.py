@@ -94,8 +94,11 @@ def _rates(surface: PolyhedralSurface, ends: Complexes) -> sp.csr_array:
     return sp.csr_array((values.ravel(), columns.ravel(), starts), shape=(len(i), 2 * surface.n_vertices))
 
 
-def _boundary_tangents(surface: PolyhedralSurface, ends: Complexes) -> Complexes:
-    """Unit tangents of the boundary, (n,); zero at corners and elsewhere."""
+def boundary_directions(surface: PolyhedralSurface, ends: Complexes) -> tuple[Complexes, Complexes]:
+    """Return the directions of boundary edges to the next and to the previous vertex, (n,) each, over their lengths.
+
+    They are zero at other vertices. ``ends`` is that of `edge_ends`.
+    """
     table = surface.edge_table
     outer = table.face_counts[table.of_faces] == 1
     edge = table.of_faces[outer]
@@ -104,6 +107,12 @@ def _boundary_tangents(surface: PolyhedralSurface, ends: Complexes) -> Complexes
     ahead, behind = np.zeros((2, surface.n_vertices), dtype=complex)
     ahead[start] = ends[edge, 1 - upward] / surface.edge_lengths[edge]
     behind[end] = ends[edge, upward] / surface.edge_lengths[edge]
+    return ahead, behind
+
+
+def _boundary_tangents(surface: PolyhedralSurface, ends: Complexes) -> Complexes:
+    """Unit tangents of the boundary, (n,); zero at corners and elsewhere."""
+    ahead, behind = boundary_directions(surface, ends)
     smooth = (ahead != 0) & (behind != 0) & (np.abs(np.angle(-ahead * np.conj(behind))) <= CORNER)
     circle = np.where(smooth, ahead - behind, 0)
     return np.asarray(circle / np.where(smooth, np.abs(circle), 1.0))

@@ -30,6 +30,7 @@ ALLOWED |= {
     "flow": _GROUND,
     "fluid": _GROUND | {"flow"},
     "spectral": _GROUND | {"flow"},
+    "directions": _GROUND | {"flow", "spectral"},
     "io": {"arrays", "compiled", "errors", "mesh", "results"},
     "render": {"arrays", "errors", "mesh", "results", "flow"},
     # Compares two files: above io, below the program only.

@@ -1,0 +1,15 @@
+from .constraints import combined as combined
+from .constraints import directions_along as directions_along
+from .constraints import directions_along_boundary as directions_along_boundary
+from .constraints import directions_at as directions_at
+from .power_fields import direction_energy as direction_energy
+from .power_fields import directions_of as directions_of
+from .power_fields import power_of as power_of
+from .principal import principal_target as principal_target
+from .singularities import boundary_turns as boundary_turns
+from .singularities import face_indices as face_indices
+from .singularities import singular_points as singular_points
+from .smooth_fields import DirectionFields as DirectionFields
+from .trivial_connection import trivial_connection as trivial_connection
+from .vertex_maps import commuting as commuting
+from .vertex_maps import joint_fields as joint_fields
