@@ -2,11 +2,10 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, get_args
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from geomhw.options import DirectionCount
 from geomhw.wording import counted
 from geomhw_cli import options
 from geomhw_cli.options import INPUT, OUTPUT, OptionGroup, command, flag, is_given, option
@@ -24,9 +23,6 @@ if TYPE_CHECKING:
     from geomhw.arrays import Complexes
     from geomhw.directions import DirectionFields
 
-#: Options that determine the field on their own.
-ALONE = ("singularities", "map_spec")
-
 
 def _no_files(_text: str) -> list[Path]:
     return []
@@ -35,11 +31,12 @@ def _no_files(_text: str) -> list[Path]:
 @command(
     OptionGroup(
         "Field",
-        click.Option(
-            ["-n", "--directions", "count"],
-            type=click.Choice([str(n) for n in get_args(DirectionCount)]),
-            default="1",
-            help="Number of directions at each vertex: 1 vectors, 2 lines, 4 crosses, 6.",
+        option(
+            "-n --directions count",
+            "1|2|4|6",
+            Number(1, 6, whole=True),
+            "Number of directions at each vertex: 1 vectors, 2 lines, 4 crosses, 6.",
+            default=1,
         ),
         option(
             "-s --energy s",
@@ -91,7 +88,7 @@ def _no_files(_text: str) -> list[Path]:
 )
 def design(
     mesh_path: Path,
-    count: str,
+    count: int,
     s: float,
     alignments: Sequence[str],
     curve_files: Sequence[Path],
@@ -132,13 +129,12 @@ def design(
         raise click.UsageError("--singularity excludes --energy.")
     if points:
         require_writable([points], CURVE_EXTENSIONS)
-    n = int(count)
     job = Job.plan("design", mesh_path, **files, **report)
     mesh = job.read_oriented()
     with job.stage("compute"):
-        fields = DirectionFields(mesh, n, s)
+        fields = DirectionFields(mesh, count, s)
         if singularities:
-            u = trivial_connection(fields.mesh, n, *_indices(singularities, fields, job))
+            u = trivial_connection(fields.mesh, count, *_indices(singularities, fields, job))
         elif map_spec:
             u = commuting(fields, vertex_map(map_spec, mesh))
         elif constrained:
@@ -204,8 +200,10 @@ def _indices(texts: Sequence[str], fields: "DirectionFields", job: Job) -> tuple
     vertices: dict[int, float] = {}
     faces: dict[int, float] = {}
     for text in texts:
-        spec, _, number = text.rpartition("=")
+        spec, equals, number = text.rpartition("=")
         try:
+            if not equals:
+                raise ValueError
             index = float(Fraction(number))
         except (ValueError, ZeroDivisionError):
             raise click.UsageError(

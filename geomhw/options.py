@@ -14,8 +14,6 @@ SpectrumName = Literal["functions", "vectors", "fields"]
 FieldBoundary = Literal["tangent", "free"]
 #: What the fields of `killing` are combined from: a vector at each vertex, or divergence-free eigenfields.
 FieldBasis = Literal["vertices", "coexact"]
-#: Number of directions of a direction field: vectors, lines, crosses, and six directions.
-DirectionCount = Literal[1, 2, 4, 6]
 #: Descriptors of vertices from eigenfunctions: heat kernel, wave kernel.
 SignatureName = Literal["hks", "wks"]
 #: Distances from eigenfunctions.

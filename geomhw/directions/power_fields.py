@@ -3,8 +3,6 @@
 Knöppel, Crane, Pinkall, Schröder: Globally Optimal Direction Fields. ACM Trans. Graph. 32(4), 2013.
 """
 
-from typing import get_args
-
 import numpy as np
 import scipy.sparse as sp
 
@@ -14,7 +12,9 @@ from geomhw.mesh.curvature import angle_defects
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.operators.edge_matrix import edge_matrix, weight_sums
 from geomhw.operators.parallel_transport import edge_transport, from_complex, to_complex
-from geomhw.options import DirectionCount
+
+#: Numbers of directions: vectors, lines, crosses, and six directions.
+COUNTS = (1, 2, 4, 6)
 
 
 def power_transport(mesh: TriangleMesh, n: int) -> Complexes:
@@ -49,8 +49,8 @@ def direction_energy(mesh: TriangleMesh, n: int, s: float = 0.0) -> sp.csr_array
     ----------
     Knöppel, Crane, Pinkall, Schröder: Globally Optimal Direction Fields, 2013, sec. 4 and 6.1.1.
     """
-    if n not in get_args(DirectionCount):
-        choices = ", ".join(map(str, get_args(DirectionCount)))
+    if n not in COUNTS:
+        choices = ", ".join(map(str, COUNTS))
         raise ArgumentError(f"fields of {n} directions are not computed; choose from {choices}")
     if not -1 <= s <= 1:
         raise ArgumentError(f"s is between -1 and 1, not {s:g}")

@@ -66,6 +66,9 @@ def trivial_connection(
     for k, edges in enumerate(loops):
         edge_cells[edges] = np.where(outside[edges], mesh.n_faces + k, edge_cells[edges])
     w = np.maximum(mesh.edge_cotan_weights, LEAST_WEIGHT * np.abs(mesh.edge_cotan_weights).mean())
+    # Even weights around singular cells, where the field turns most, spread the turn over all edges.
+    singular = np.append(wanted != 0, np.zeros(len(loops) + 1, dtype=bool))
+    w[singular[edge_cells].any(axis=1)] = np.abs(mesh.edge_cotan_weights).mean()
     w[edge_cells[:, 0] == edge_cells[:, 1]] = np.inf
     curvature = np.bincount(cells, face_curvatures(mesh), mesh.n_faces)
     b = np.concatenate([2 * np.pi * wanted - n * curvature, np.zeros(len(loops))])

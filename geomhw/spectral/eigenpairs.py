@@ -131,7 +131,8 @@ def _multiplets(values: Floats) -> list[tuple[int, int]]:
 def _dense(A: sp.csr_array, M: sp.csr_array) -> tuple[Floats, NDArray[Any]]:
     from scipy.linalg import eigh
 
-    values, vectors = eigh(A.toarray(), M.toarray())
+    with single_threaded():
+        values, vectors = eigh(A.toarray(), M.toarray())
     return np.asarray(values), np.asarray(vectors)
 
 
