@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from geomhw.directions import DirectionFields
+from geomhw.directions import DirectionFields, trivial_connection
 from geomhw.mesh.primitives import icosphere, torus
 from geomhw.options import PANEL_WIDTH
 from geomhw.render import direction_picture, killing_picture
@@ -14,20 +14,16 @@ pytestmark = needs_opengl
 
 
 def test_directions_and_singularities_are_seen() -> None:
-    """Crosses cover the mesh; a sphere has positive singularities only, a torus with a pair both."""
-    fields = DirectionFields(icosphere(3), 4)
-    image = direction_picture(fields.result(fields.smoothest()))
+    """Directions cover the mesh; lines on a sphere have positive singularities only, a torus with a pair both."""
+    fields = DirectionFields(icosphere(3), 2)
+    result = fields.result(fields.smoothest())
+    assert all(item["index"] > 0 for item in result.report["singularities"])
+    image = direction_picture(result)
     assert image.shape[1] == PANEL_WIDTH
-    assert ink(image, POSITIVE).sum() > 300
-    assert ink(image, NEGATIVE).sum() == 0
+    assert ink(image, POSITIVE).sum() > 100
+    assert ink(image, NEGATIVE).sum() < 20
     ring = DirectionFields(torus(32, 16), 1)
-    z = ring.smoothest()
-    # A given vortex pair turns around two vertices.
-    result = ring.result(z)
-    result.report["singularities"] = [
-        {"vertex": k, "position": [0, 0, 0], "index": s} for k, s in ((24, 1.0), (8, -1.0))
-    ]
-    picture = direction_picture(result)
+    picture = direction_picture(ring.result(trivial_connection(ring.mesh, 1, {280: 1.0, 264: -1.0})))
     assert ink(picture, POSITIVE).sum() > 100
     assert ink(picture, NEGATIVE).sum() > 100
 
