@@ -14,7 +14,7 @@ from geomhw_cli.runtime.curves import CURVE_EXTENSIONS, write_points
 from geomhw_cli.runtime.job import Job
 from geomhw_cli.specs.curves import read_curves
 from geomhw_cli.specs.fields import array_files, axis
-from geomhw_cli.specs.files import Spec, require_writable
+from geomhw_cli.specs.files import Spec, read_input, require_writable, write_outputs
 from geomhw_cli.specs.numbers import Number, excerpt
 from geomhw_cli.specs.sources import SourceSpecs
 from geomhw_cli.specs.vertex_maps import MAP_HELP, vertex_map
@@ -45,6 +45,13 @@ def _no_files(_text: str) -> list[Path]:
             "Energy: 0 Dirichlet, 1 holomorphic, with singularities where curvature is large, -1 antiholomorphic.",
             default=0.0,
         ),
+        option(
+            "--relax",
+            "STEPS",
+            Number(0, 10000, whole=True),
+            "Steps that lower the energy of the unit directions further. 0: the global optimum among fields of any "
+            "length.  [default: 20; with another --energy 0]",
+        ),
     ),
     OptionGroup(
         "Constraints",
@@ -70,6 +77,8 @@ def _no_files(_text: str) -> list[Path]:
     OptionGroup(
         "Instead",
         option("--map map_spec", "FILE", Spec(array_files), f"Field that commutes with a vertex map: {MAP_HELP}."),
+        option("--other other_path", "MESH2", INPUT, "Second mesh, to which --map goes: fields on both at once."),
+        option("--other-output", "FILE", OUTPUT, "Second mesh with its field: .vtk, .vtp, .vtu or .ply."),
         option(
             "--singularity singularities",
             "SPEC=INDEX",
@@ -90,11 +99,14 @@ def design(
     mesh_path: Path,
     count: int,
     s: float,
+    relax: int | None,
     alignments: Sequence[str],
     curve_files: Sequence[Path],
     boundary: bool,
     weight: float | None,
     map_spec: str | None,
+    other_path: Path | None,
+    other_output: Path | None,
     singularities: Sequence[str],
     points: Path | None,
     files: dict[str, Any],
@@ -117,7 +129,10 @@ def design(
       geomhw design data/sphere.off --align max-z:x --align 0:0,1,0 --no-png -o aligned.vtp
       geomhw design data/torus.off --singularity 0=1 --singularity 700=-1 --no-png -o pair.vtp
     """
-    from geomhw.directions import DirectionFields, commuting, singular_points, trivial_connection
+    from geomhw.directions import DirectionFields, commuting, joint_fields, singular_points, trivial_connection
+    from geomhw.directions.smooth_fields import RELAXATION
+    from geomhw.io import WRITABLE
+    from geomhw.mesh import oriented
     from geomhw.render.direction_picture import direction_picture
 
     constrained = bool(alignments or curve_files or boundary or weight is not None)
@@ -125,24 +140,37 @@ def design(
         raise click.UsageError(
             "--map and --singularity exclude each other, --align, --along, --boundary and --curvature."
         )
-    if singularities and is_given("s"):
-        raise click.UsageError("--singularity excludes --energy.")
+    if (singularities and is_given("s")) or ((singularities or map_spec) and relax is not None):
+        raise click.UsageError("--singularity and --map exclude --relax, and --singularity --energy.")
+    steps = relax if relax is not None else 0 if s else RELAXATION
+    if (other_path or other_output) and not (map_spec and other_path and other_output):
+        raise click.UsageError("--other, --other-output and --map go together.")
     if points:
         require_writable([points], CURVE_EXTENSIONS)
+    if other_output:
+        require_writable([other_output], WRITABLE)
     job = Job.plan("design", mesh_path, **files, **report)
     mesh = job.read_oriented()
     with job.stage("compute"):
-        fields = DirectionFields(mesh, count, s)
+        fields, relaxed = DirectionFields(mesh, count, s), None
         if singularities:
             u = trivial_connection(fields.mesh, count, *_indices(singularities, fields, job))
+        elif map_spec and other_path:
+            other = DirectionFields(oriented(read_input(other_path).mesh), count, s)
+            u, v = joint_fields(fields, other, vertex_map(map_spec, mesh, other.given.n_vertices))
+            image = other.result(v)
         elif map_spec:
             u = commuting(fields, vertex_map(map_spec, mesh))
         elif constrained:
-            u = _aligned(fields, alignments, curve_files, boundary, weight, job)
+            u, relaxed = _aligned(fields, alignments, curve_files, boundary, weight, steps, job)
         else:
             u = fields.smoothest()
-        result = fields.result(u)
+            relaxed = fields.relaxed(u, steps=steps)
+        result = fields.result(u, relaxed)
     job.write(result, direction_picture)
+    if other_output:
+        write_outputs(image, [other_output])
+        job.written.append(str(other_output))
     if points:
         write_points(singular_points(fields.mesh, result.report), [points])
         job.written.append(str(points))
@@ -154,6 +182,7 @@ def design(
         f"singular: {counted(len(found), 'singularity', 'singularities')}; {total}",
     ]
     settings = {
+        "relax": None if relaxed is None else steps,
         "align": list(alignments),
         "along": [str(path) for path in curve_files],
         "boundary": boundary,
@@ -161,7 +190,10 @@ def design(
         "map": map_spec,
         "singularity": list(singularities),
     }
-    job.finish(mesh, {**answers, "constraints": {name: value for name, value in settings.items() if value}}, lines)
+    second = {"other": image.report} if other_path else {}
+    job.finish(
+        mesh, {**answers, **second, "settings": {name: value for name, value in settings.items() if value}}, lines
+    )
 
 
 def _aligned(
@@ -170,9 +202,10 @@ def _aligned(
     curve_files: Sequence[Path],
     boundary: bool,
     weight: float | None,
+    steps: int,
     job: Job,
-) -> "Complexes":
-    """The smoothest field under constraints."""
+) -> "tuple[Complexes, Complexes]":
+    """The smoothest field under constraints, and its directions after relaxation."""
     import numpy as np
 
     from geomhw import directions
@@ -190,7 +223,9 @@ def _aligned(
     if boundary:
         parts.append(directions.directions_along_boundary(mesh, n))
     target = directions.principal_target(mesh, n) if weight is not None else None
-    return fields.aligned(*directions.combined(parts), target, weight or 0.0)
+    vertices, values = directions.combined(parts)
+    u = fields.aligned(vertices, values, target, weight or 0.0)
+    return u, fields.relaxed(u, vertices, target, weight or 0.0, steps)
 
 
 def _indices(texts: Sequence[str], fields: "DirectionFields", job: Job) -> tuple[dict[int, float], dict[int, float]]:

@@ -16,6 +16,8 @@ from geomhw.results import Field, Result
 from geomhw.solvers.direct import DirectSolver, SparseLU
 from geomhw.spectral.eigenpairs import smallest_eigenpairs
 
+#: Steps of relaxation, by default.
+RELAXATION = 20
 #: First shift that is tried to make an energy positive, over n 4π/area.
 SHIFT = 1.0
 
@@ -94,17 +96,13 @@ class DirectionFields:
         ConvergenceError
             If the system is singular.
         """
-        mesh, area = self.mesh, float(self.mesh.face_areas.sum())
+        mesh = self.mesh
         u = np.ones(mesh.n_vertices, dtype=complex)
         given = np.zeros(mesh.n_vertices, dtype=bool)
         if vertices is not None and values is not None:
             given[vertices] = True
             u[vertices] = values
-        A, b = self.energy, np.zeros(mesh.n_vertices, dtype=complex)
-        if target is not None and weight:
-            size = np.sqrt((self.mass @ np.abs(target) ** 2).sum() / area)
-            M = (4 * np.pi * weight / area) * self.mass
-            A, b = A + M, M @ (target / (size or 1.0))
+        A, b = self._system(target, weight)
         for rows in self._components:
             inner, fixed = rows[~given[rows]], rows[given[rows]]
             if not len(fixed) and not b[rows].any():
@@ -113,8 +111,54 @@ class DirectionFields:
                 u[inner] = DirectSolver(sp.csr_array(A[inner][:, inner]))(b[inner] - A[inner][:, fixed] @ u[fixed])
         return u
 
-    def result(self, u: Complexes) -> Result:
+    def relaxed(
+        self,
+        u: Complexes,
+        vertices: Ints | None = None,
+        target: Complexes | None = None,
+        weight: float = 0.0,
+        steps: int = RELAXATION,
+    ) -> Complexes:
+        """Lower the energy of the directions of u: diffuse for a time h², then set all lengths to 1, again and again.
+
+        The field of least energy varies in length, and is short near singularities. Its directions alone are not
+        optimal: on scans, twenty steps lower their energy by a third.
+
+        Parameters
+        ----------
+        vertices : whose directions stay.
+        target, weight : as in `aligned`.
+        steps : number of steps.
+
+        Returns
+        -------
+        (n_vertices,) complex array of length 1.
+
+        References
+        ----------
+        Merriman, Bence, Osher: Motion of Multiple Junctions: A Level Set Approach, 1994.
+        """
+        u = unit_power(u)
+        if not steps:
+            return u
+        time = self.mesh.mean_edge_length**2
+        A, b = self._system(target, weight)
+        moving = np.bincount(self.mesh.faces.ravel(), minlength=self.mesh.n_vertices) > 0
+        moving[vertices if vertices is not None else []] = False
+        inner, fixed = np.flatnonzero(moving), np.flatnonzero(~moving)
+        rows = sp.csr_array(self.mass + time * A)[inner]
+        solve, given = DirectSolver(sp.csr_array(rows[:, inner])), rows[:, fixed] @ u[fixed] - time * b[inner]
+        mass = self.mass.diagonal()[inner]
+        for _ in range(steps):
+            u[inner] = unit_power(solve(mass * u[inner] - given))
+        return u
+
+    def result(self, u: Complexes, relaxed: Complexes | None = None) -> Result:
         """Return the directions of u as vertex arrays, and its energy and singularities as a report.
+
+        Parameters
+        ----------
+        relaxed : the field whose directions are meant, if u was `relaxed`.
 
         Returns
         -------
@@ -125,15 +169,25 @@ class DirectionFields:
             ``boundary_turns``, how often each boundary loop turns more than the field; ``index_sum`` of both;
             ``euler_characteristic``.
         """
-        mesh, n = self.mesh, self.n
+        mesh, n, energy = self.mesh, self.n, self._quotient(u)
+        u = u if relaxed is None else relaxed
         directions = directions_of(mesh, u, n)
         directions[:, u == 0] = directions[:, mesh.unreferenced_vertices] = 0.0
         names = ["direction"] if n == 1 else [f"direction_{k}" for k in range(n)]
         directions = directions[:, : self.given.n_vertices]
         fields = [Field(name, "vertex", values) for name, values in zip(names, directions, strict=True)]
-        energies = {"energy": self._quotient(u), "unit_energy": self._quotient(unit_power(u))}
+        energies = {"energy": energy, "unit_energy": self._quotient(unit_power(u))}
         report: dict[str, Any] = {"directions": n, "s": self.s, **energies, **singularity_report(mesh, u, n)}
         return Result(self.given, fields, report)
+
+    def _system(self, target: Complexes | None, weight: float) -> tuple[sp.csr_array, Complexes]:
+        """Matrix and right-hand side of the condition for a minimum of uᴴAu + w ∫|u - q|²."""
+        if target is None or not weight:
+            return self.energy, np.zeros(self.mesh.n_vertices, dtype=complex)
+        area = float(self.mesh.face_areas.sum())
+        size = np.sqrt((self.mass @ np.abs(target) ** 2).sum() / area)
+        M = (4 * np.pi * weight / area) * self.mass
+        return self.energy + M, M @ (target / (size or 1.0))
 
     def _quotient(self, u: Complexes) -> float:
         """Energy over ∫|u|², unit 1/length²."""

@@ -214,6 +214,21 @@ def test_field_on_two_shapes_at_once() -> None:
     assert np.median(wrong_angles(alone[third], image, 1)) > 0.3
 
 
+def test_relaxation_lowers_the_energy_of_directions() -> None:
+    """Steps lower the energy of unit directions, and keep given ones and the sum of indices."""
+    mesh = icosphere(3)
+    fields = DirectionFields(mesh, 4)
+    u = fields.smoothest()
+    energies = [fields.result(u, fields.relaxed(u, steps=k)).report["unit_energy"] for k in (0, 1, 5, 20)]
+    assert energies == sorted(energies, reverse=True)
+    assert energies[-1] < 0.9 * energies[0]
+    kept = fields.relaxed(u, np.array([7, 90]))
+    np.testing.assert_allclose(kept[[7, 90]], (u / np.abs(u))[[7, 90]], atol=1e-14)
+    result = fields.result(u, kept)
+    assert result.report["index_sum"] == 2
+    assert result.report["energy"] == fields.result(u).report["energy"]
+
+
 def test_answers_do_not_depend_on_place_and_size() -> None:
     """A turn, a shift and a rescaling of the mesh turn the field, and change no index."""
     mesh = torus(20, 10)

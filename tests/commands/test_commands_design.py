@@ -9,6 +9,7 @@ import pytest
 
 from geomhw.io import read, read_cloud
 from geomhw.mesh.primitives import cylinder_band, grid, icosphere
+from geomhw.mesh.triangle_mesh import TriangleMesh
 from support.program import run, save_off
 
 pytestmark = pytest.mark.usefixtures("folder")
@@ -59,9 +60,21 @@ def test_constraints() -> None:
         report = json.loads(run("design", "band.off", *line, "-o", "x.vtp", "--json").stdout)
         assert report["index_sum"] == 0
         assert len(report["boundary_turns"]) == 2
-        assert report["constraints"]
+        assert report["settings"]
     run("design", "band.off", "--align", "5:z", "-o", "x.vtp")
     np.testing.assert_allclose(read("x.vtp")["direction"], np.tile([0.0, 0, 1], (80, 1)), atol=5e-3)
+
+
+def test_two_meshes_at_once() -> None:
+    """The second mesh is written with its field; both have the right sum of indices."""
+    save_off(icosphere(1))
+    save_off(TriangleMesh(icosphere(1).vertices * [1, 1, 1.2], icosphere(1).faces), "long.off")
+    np.savetxt("map.txt", np.arange(42), fmt="%d")
+    line = ["--map", "map.txt", "--other", "long.off", "--other-output", "l.vtp", "-o", "x.vtp", "--json"]
+    report = json.loads(run("design", "ball.off", *line).stdout)
+    assert report["index_sum"] == report["other"]["index_sum"] == 2
+    apart = np.asarray(read("x.vtp")["direction"]) - np.asarray(read("l.vtp")["direction"])
+    assert np.median(np.linalg.norm(apart, axis=1)) < 0.2
 
 
 @pytest.mark.parametrize(
@@ -81,6 +94,8 @@ def test_constraints() -> None:
         ("--singularity 5=2 -s 1", 2, "--energy"),
         ("--singularity 5=2 --map a.txt", 2, "no such file"),
         ("--points p.xyz", 2, ".csv"),
+        ("--other ball.off", 2, "go together"),
+        ("--singularity 5=2 --relax 3", 2, "--relax"),
         ("-n 6 --singularity 0=1 --singularity 0=1", 2, "too coarse"),
     ],
 )
