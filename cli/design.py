@@ -16,16 +16,12 @@ from geomhw_cli.specs.curves import read_curves
 from geomhw_cli.specs.fields import array_files, axis
 from geomhw_cli.specs.files import Spec, read_input, require_writable, write_outputs
 from geomhw_cli.specs.numbers import Number, excerpt
-from geomhw_cli.specs.sources import SourceSpecs
+from geomhw_cli.specs.sources import SourceSpecs, source_files
 from geomhw_cli.specs.vertex_maps import MAP_HELP, vertex_map
 
 if TYPE_CHECKING:
     from geomhw.arrays import Complexes
     from geomhw.directions import DirectionFields
-
-
-def _no_files(_text: str) -> list[Path]:
-    return []
 
 
 @command(
@@ -58,7 +54,7 @@ def _no_files(_text: str) -> list[Path]:
         option(
             "--align alignments",
             "SPEC:X,Y,Z",
-            Spec(_no_files),
+            Spec(lambda text: source_files(text.rpartition(":")[0])),
             "Direction at points: a source as of geodesic, and a vector such as x or 1,0,2. May be repeated.",
             multiple=True,
         ),
@@ -82,7 +78,7 @@ def _no_files(_text: str) -> list[Path]:
         option(
             "--singularity singularities",
             "SPEC=INDEX",
-            Spec(_no_files),
+            Spec(lambda text: source_files(text.rpartition("=")[0])),
             "Field with exactly these singularities, at vertices or in faces, such as 12=1 or face:17=-1/4. May be "
             "repeated. On a closed mesh the indices must sum to the Euler characteristic.",
             multiple=True,
@@ -190,10 +186,8 @@ def design(
         "map": map_spec,
         "singularity": list(singularities),
     }
-    second = {"other": image.report} if other_path else {}
-    job.finish(
-        mesh, {**answers, **second, "settings": {name: value for name, value in settings.items() if value}}, lines
-    )
+    answers = {**answers, **({"other": image.report} if other_path else {})}
+    job.finish(mesh, {**answers, "settings": {name: value for name, value in settings.items() if value}}, lines)
 
 
 def _aligned(
