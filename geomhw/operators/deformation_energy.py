@@ -43,7 +43,7 @@ def deformation_energy(surface: PolyhedralSurface, ends: Complexes) -> sp.csr_ar
     >>> mesh = icosphere(1)
     >>> z = to_complex(mesh, np.cross([0, 0, 1.0], mesh.vertices))
     >>> V = np.stack([z.real, z.imag], axis=1).ravel()
-    >>> float(V @ deformation_energy(mesh, edge_ends(mesh, "intrinsic")) @ V) < 1e-12
+    >>> float(V @ deformation_energy(mesh, edge_ends(mesh, "normals")) @ V) < 1e-12
     True
     """
     surface.require_area()

@@ -87,6 +87,25 @@ def test_flow_validation(tmp_path: Path) -> None:
             assert (np.abs(pixels - color).sum(axis=-1) < 12).sum() > 100
 
 
+@needs_opengl
+def test_fields(tmp_path: Path) -> None:
+    """The numbers on the page are printed, and the pictures are those of the page."""
+    folder = EXAMPLES / "fields"
+    command = [sys.executable, str(folder / "fields.py"), "-o", str(tmp_path)]
+    printed = subprocess.run(command, check=True, capture_output=True, text=True).stdout
+    page = (folder / "README.md").read_text()
+    bracket, killing, _, design = printed.splitlines()
+    assert f"    {bracket}\n" in page
+    assert re.search(r"1 Killing field, the next energy is \d+e\+(09|1\d) times as large", killing)
+    alone, joint = (int(number) for number in re.findall(r"(\d+)°", design))
+    assert alone > 60
+    assert joint < 15
+    for name in ("bracket", "killing", "design"):
+        with Image.open(tmp_path / f"{name}.png") as made, Image.open(folder / f"{name}.png") as kept:
+            assert made.size == kept.size
+            assert len(np.unique(np.asarray(made.convert("RGB")).reshape(-1, 3), axis=0)) > 100
+
+
 # -- from Python -------------------------------------------------------------------------------------------------
 
 

@@ -17,6 +17,7 @@ EXAMPLES = ROOT / "examples"
 PROGRAM = f"GEOMHW={sys.executable} -m geomhw_cli"
 #: What ``make`` makes, in the folder of each example.
 PRODUCTS = {
+    "fields": "fields.py",
     "films": "out/pair.gif out/jet.gif out/handle.gif",
     "flow": "validate.py",
     "golden": "new/geodesic.ply new/fluid.csv new/connection.npz",
