@@ -139,13 +139,13 @@ class DirectionFields:
         Merriman, Bence, Osher: Motion of Multiple Junctions: A Level Set Approach, 1994.
         """
         u = unit_power(u)
-        if not steps:
-            return u
         time = self.mesh.mean_edge_length**2
         A, b = self._system(target, weight)
         moving = np.bincount(self.mesh.faces.ravel(), minlength=self.mesh.n_vertices) > 0
         moving[vertices if vertices is not None else []] = False
         inner, fixed = np.flatnonzero(moving), np.flatnonzero(~moving)
+        if not (steps and len(inner)):
+            return u
         rows = sp.csr_array(self.mass + time * A)[inner]
         solve, given = DirectSolver(sp.csr_array(rows[:, inner])), rows[:, fixed] @ u[fixed] - time * b[inner]
         mass = self.mass.diagonal()[inner]

@@ -219,7 +219,9 @@ class PolyhedralSurface(ABC):
         counts = self.edge_table.face_counts
         bad = np.flatnonzero(counts > 2)
         copies = self.duplicate_faces
-        also = f"; face {copies[0, 0]} is a copy of face {copies[0, 1]}" if len(copies) else ""
+        also = "; remove a face there, or cut the mesh along it"
+        if len(copies):
+            also = f"; face {copies[0, 0]} is a copy of face {copies[0, 1]}"
         raise MeshError(f"{needs}, but {counts[bad[0]]} faces meet at {self._edge_names(bad)}{also}")
 
     def _edge_names(self, which: Ints) -> str:

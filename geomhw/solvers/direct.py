@@ -105,7 +105,7 @@ def _factored(matrix: sp.csr_array, ordering: str) -> Any:
 
 def _dense_last(matrix: sp.csr_array, sparse: Ints, dense: Ints) -> Ints:
     """Return the minimum-degree order of the sparse rows, then the dense ones, which take SuperLU quadratic time."""
-    pattern = sp.csr_array(matrix[sparse][:, sparse], dtype=float, copy=True)
+    pattern = sp.csr_array(abs(matrix[sparse][:, sparse]), dtype=float, copy=True)
     pattern.data[:] = -1.0
     pattern += sp.diags_array(np.diff(pattern.indptr) + 1.0)
     order = np.argsort(_factored(pattern, "MMD_AT_PLUS_A").perm_c)

@@ -11,6 +11,8 @@ from geomhw.operators.local_fit import LocalFit
 #: Squared norm of the commutator, relative to the field, up to which a field commutes. It is 4 for fields that
 #: anticommute with a symmetry.
 COMMUTES = 0.5
+#: Squared length of a combination of fields, over the largest, below which they are dependent.
+DEPENDENT = 1e-12
 
 
 def checked_vertex_map(values: Ints, n: int, images: int | None = None) -> Ints:
@@ -65,13 +67,26 @@ def commuting_fields(
     -------
     (d, c) array of coefficients, with orthonormal columns if the fields are.
     """
-    from scipy.linalg import eigh
-
     vertex_map = checked_vertex_map(vertex_map, mesh.n_vertices)
     frames = plane_frames(mesh, fit.normals)
     V = np.einsum("id,ix->ixd", fields.real, frames[:, 0]) + np.einsum("id,ix->ixd", fields.imag, frames[:, 1])
     rest = pushforward(mesh, fit, vertex_map, V) - sign * V[vertex_map]
     squares = np.einsum("i,ixd,ixe->de", mesh.vertex_areas, rest, rest, optimize=True)
-    gram = np.einsum("i,ixd,ixe->de", mesh.vertex_areas, V, V, optimize=True)
-    values, turns = eigh(squares, gram)
-    return np.asarray(turns[:, values <= COMMUTES])
+    T = independent(np.einsum("i,ixd,ixe->de", mesh.vertex_areas, V, V, optimize=True))
+    values, turns = np.linalg.eigh(T.T @ squares @ T) if T.size else (np.empty(0), np.empty((0, 0)))
+    return np.asarray(T @ turns[:, values <= COMMUTES])
+
+
+def real_parts(fields: Complexes) -> Floats:
+    """Return fields at vertices, (n, d), as real and imaginary parts, (2n, d), two rows a vertex."""
+    n, d = fields.shape
+    return np.stack([fields.real, fields.imag], axis=1).reshape(2 * n, d)
+
+
+def independent(gram: Floats) -> Floats:
+    """Return the coefficients, (d, c), of orthonormal combinations of fields with these inner products, (d, d)."""
+    if not gram.size:
+        return np.zeros((len(gram), 0))
+    sizes, turns = np.linalg.eigh(gram)
+    kept = sizes > DEPENDENT * sizes[-1]
+    return np.asarray(turns[:, kept] / np.sqrt(sizes[kept]))

@@ -24,7 +24,7 @@ from geomhw.operators.local_fit import LocalFit
 from geomhw.options import Connection, FieldBasis, FieldBoundary
 from geomhw.results import Field, Result
 from geomhw.spectral.eigenpairs import Eigenpairs, smallest_eigenpairs
-from geomhw.spectral.field_symmetry import commuting_fields
+from geomhw.spectral.field_symmetry import commuting_fields, independent, real_parts
 from geomhw.spectral.laplacian_spectrum import harmonic_fields, stream_functions
 from geomhw.wording import counted
 
@@ -119,14 +119,12 @@ class KillingFields:
         return Eigenpairs(found.values, vectors[:, 0] + 1j * vectors[:, 1], found.residuals)
 
     def stationary(self, fields: Complexes) -> tuple[Floats, Floats]:
-        """Return the stationary energies, (d,), in the space of independent fields, (n, d), and their coefficients."""
-        from scipy.linalg import eigh
-
-        if not fields.shape[1]:
-            return np.empty(0), np.empty((0, 0))
-        B = np.stack([fields.real, fields.imag], axis=1).reshape(-1, fields.shape[1])
-        values, turns = eigh(B.T @ (self.energy @ B), B.T @ (self._mass[:, None] * B))
-        return np.maximum(values, 0.0), np.asarray(turns)
+        """Return the stationary energies, (c,), in the space of some fields, (n, d), and coefficients, (d, c)."""
+        B = real_parts(fields)
+        T = independent(B.T @ (self._mass[:, None] * B))
+        B = B @ T
+        values, turns = np.linalg.eigh(B.T @ (self.energy @ B)) if T.size else (np.empty(0), np.empty((0, 0)))
+        return np.maximum(values, 0.0), np.asarray(T @ turns)
 
     def on_faces(self, fields: Complexes) -> Floats:
         """Return fields at vertices, (n, d), as face fields, (d, m, 3)."""
@@ -223,7 +221,9 @@ def killing_fields(
         count = eigenfields if basis == "coexact" else 0
         energies, faces = _restricted(mesh, problem, wanted, count, vertex_map, sign)
     else:
-        pairs = problem.pairs(min(wanted, max(k, problem.unknowns.shape[1])))
+        if k > (size := problem.unknowns.shape[1]):
+            raise ArgumentError(f"this mesh has {counted(size, 'independent field')}; {k} cannot be computed")
+        pairs = problem.pairs(min(wanted, size))
         energies, faces = pairs.values, problem.on_faces(pairs.vectors[:, :k])
     if len(faces) < k:
         found = counted(len(faces), "such field")
@@ -270,7 +270,8 @@ def _restricted(
         if eigenfields:
             faces = _coexact_fields(mesh, eigenfields)
             frames, derivatives = plane_frames(mesh, problem.fit.normals), FieldDerivatives(mesh)
-            parts = np.stack([np.einsum("iax,ix->ai", frames, derivatives.at_vertices(V)) for V in faces], axis=2)
+            at_vertices = np.array([derivatives.at_vertices(V) for V in faces]).reshape(-1, mesh.n_vertices, 3)
+            parts = np.einsum("iax,dix->aid", frames, at_vertices)
             z = parts[0] + 1j * parts[1]
         else:
             z = problem.pairs(count).vectors

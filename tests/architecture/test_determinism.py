@@ -30,6 +30,8 @@ COMMANDS = [
     "info torus.ply --check --json",
     "vecdiffuse torus.ply --source 3 --source 40 --dt h2 --dt 0.1 -o v.ply --json",
     "vecdiffuse torus.ply --robust -o vr.vtp --json",
+    "killing torus.ply -k 3 -o k.vtp --json",
+    "design torus.ply -n 4 --points p.csv -o d.vtp --json",
     "vecdiffuse torus.ply --connection intrinsic -o vi.vtp --json",
     f"advect torus.ply {FLOW} --field rigid:y -o a.pvd --csv a.csv --tracers 9 --json",
     f"advect torus.ply {FLOW} --integrator expm -o k.pvd --csv k.csv --json",

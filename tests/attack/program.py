@@ -42,6 +42,8 @@ COMMANDS = {
     "voronoi": "voronoi ball.off --sites 5 -o v.vtp --png v.png --view front",
     "sample": "sample ball.off --count 9 -o s.vtp --png s.png --view front",
     "spectrum": "spectrum ball.off -k 8 --signature hks -o e.vtu --png e.png",
+    "killing": "killing ball.off -k 4 -o k.vtp --png k.png",
+    "design": "design ball.off -n 4 --points p.csv -o d.vtp --png d.png",
     "page": "view ball.off -o v.html",
     "folder": f"fluid ball.off {FLUID} --width 200",
     "info": "info ball.off --json",

@@ -61,7 +61,7 @@ def test_metric_in_four_dimensions() -> None:
     ("line", "code", "word"),
     [
         ("-k 0", 2, "1"),
-        ("-k 85", 2, "84"),
+        ("-k 85", 2, "84 independent fields"),
         ("--symmetric a.txt --antisymmetric a.txt", 2, "exclude"),
         ("--symmetric missing.txt", 1, "no such file"),
         ("--symmetric short.txt", 2, "42 images"),

@@ -33,6 +33,8 @@ SHORT = {
     "trace": ["--length", "1", "-o", "r.vtp", "-q"],
     "logmap": ["-o", "r.vtp", "-q"],
     "spectrum": ["-k", "4", "-o", "r.vtp", "-q"],
+    "killing": ["-k", "3", "-o", "r.vtp", "-q"],
+    "design": ["-o", "r.vtp", "-q"],
     "bracket": ["--field", "rigid:x", "--field", "rigid:y", "-o", "r.vtp", "-q"],
     "derive": ["--field", "rigid:x", "--along", "rigid:y", "-o", "r.vtp", "-q"],
     "push": ["--field", "rigid:x", "--by", "rigid:y", "--time", "0.1", "--frames", "2", "-o", "r.pvd", "-q"],
@@ -55,6 +57,8 @@ TEXTS = {
     ("helmholtz", "--field"): [],
     ("center", "--points"): SOURCES,
     ("voronoi", "--sites"): SOURCES,
+    ("design", "--align"): [*(f"{source}:1,2,3" for source in SOURCES), "5:#,0,1", "5:#,#,#"],
+    ("design", "--singularity"): ["5=#", "#=2", "face:5=#"],
     ("compare", "--ignore"): [],
     ("view", "--array"): [],
 }

@@ -11,7 +11,7 @@ from support.hostile import hostile
     [
         ("moebius", "a flow .*oriented manifold.*one-sided"),
         ("turned_grid", r"edge 0-10 \(88 such edges\) disagree"),
-        ("book_3", r"3 faces meet at edge 0-7 \(6 .*edges\)$"),
+        ("book_3", r"3 faces meet at edge 0-7 \(6 .*edges\); remove"),
         ("doubled", r"3 faces meet at edge 0-42 \(67 .*edges\).*face 320 .*copy.* face 5"),
     ],
 )
