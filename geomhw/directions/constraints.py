@@ -27,9 +27,11 @@ def directions_at(mesh: TriangleMesh, points: SurfacePoints, vectors: Floats, n:
         If a vector has no tangential part.
     """
     u = np.zeros(mesh.n_vertices, dtype=complex)
-    parts = np.einsum("kcax,kx->kca", mesh.tangent_frames[points.corners], vectors)
+    largest = np.abs(vectors).max(axis=1, initial=0.0, keepdims=True)
+    scaled = vectors / np.where(largest > 0, largest, 1.0)
+    parts = np.einsum("kcax,kx->kca", mesh.tangent_frames[points.corners], scaled)
     z, used = parts[..., 0] + 1j * parts[..., 1], points.weights > 0
-    lost = used & (np.abs(z) <= CANCELS * np.linalg.norm(vectors, axis=1)[:, None])
+    lost = used & (np.abs(z) <= CANCELS)
     if lost.any():
         raise ArgumentError(f"the vector at vertex {points.corners[lost][0]} is zero or normal to the surface there")
     np.add.at(u, points.corners[used], points.weights[used] * unit_power(z[used]) ** n)
