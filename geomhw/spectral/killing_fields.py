@@ -28,8 +28,8 @@ from geomhw.spectral.field_symmetry import commuting_fields, independent, real_p
 from geomhw.spectral.laplacian_spectrum import harmonic_fields, stream_functions
 from geomhw.wording import counted
 
-#: Angle defects below this, in radians, are rounding: the metric is flat.
-FLAT = 1e-9
+#: Angle defects below this, in radians, are errors of coordinates with six digits: the metric is flat.
+FLAT = 1e-5
 #: Energies times area below this are rounding.
 ROUNDING = 1e-10
 #: Least ratio of neighboring energies that is a gap, and largest energy, times area, of a Killing field, in h²/area.
