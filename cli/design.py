@@ -38,7 +38,7 @@ if TYPE_CHECKING:
             "-s --energy s",
             "S",
             Number(-1, 1),
-            "Energy: 0 Dirichlet, 1 holomorphic, with singularities where curvature is large, -1 antiholomorphic.",
+            "Energy: 0 Dirichlet, 1 holomorphic, -1 antiholomorphic, often with fewer singularities, or between.",
             default=0.0,
         ),
         option(

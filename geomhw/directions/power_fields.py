@@ -31,8 +31,8 @@ def direction_energy(mesh: TriangleMesh, n: int, s: float = 0.0) -> sp.csr_array
     Parameters
     ----------
     n : 1, 2, 4 or 6.
-    s : 0 for the Dirichlet energy, 1 for that of holomorphic, -1 of antiholomorphic fields, and anything between. With
-        s = 1, singularities are where K is large; with s = -1 where it is small.
+    s : 0 for the Dirichlet energy, 1 for the holomorphic energy, which is zero for conformal fields, -1 for the
+        antiholomorphic one, or a number between.
 
     Returns
     -------

@@ -214,6 +214,6 @@ def _require_indices(mesh: TriangleMesh, u: Complexes, n: int, cells: Ints, want
         corners = ", ".join(map(str, mesh.faces[bad[0]]))
         raise ArgumentError(
             f"the mesh is too coarse for these singularities near face {bad[0]} (vertices {corners}): the field would "
-            "turn by more than half the angle between its directions along an edge; refine the mesh there, or take a "
-            "vertex of more faces"
+            "turn by more than half the angle between its directions along an edge; give parts of the index to several "
+            "vertices, or refine the mesh there"
         )
