@@ -1,8 +1,8 @@
 from .eigenpairs import Eigenpairs as Eigenpairs
 from .eigenpairs import canonical_basis as canonical_basis
 from .eigenpairs import smallest_eigenpairs as smallest_eigenpairs
-from .killing_fields import KillingFields as KillingFields
 from .killing_fields import killing_fields as killing_fields
+from .killing_problem import KillingFields as KillingFields
 from .laplacian_spectrum import connection_spectrum as connection_spectrum
 from .laplacian_spectrum import hodge_spectrum as hodge_spectrum
 from .laplacian_spectrum import laplacian_spectrum as laplacian_spectrum
