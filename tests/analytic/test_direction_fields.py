@@ -193,6 +193,7 @@ def test_field_that_commutes_with_a_mirror() -> None:
     image = np.asarray(result["direction"]) * [1, 1, -1]
     apart = wrong_angles(np.asarray(result["direction"])[mirror], image, 1)
     assert np.median(apart) < 1e-3
+    assert result.report["energy"] == pytest.approx(1, rel=2e-2)  # as of the smoothest field without a map
     assert result.report["index_sum"] == 2
 
 
