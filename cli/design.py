@@ -177,6 +177,8 @@ def design(
         f"energy: {answers['energy']:.6g}, of unit directions {answers['unit_energy']:.6g}",
         f"singular: {counted(len(found), 'singularity', 'singularities')}; {total}",
     ]
+    if answers["nonnegative_weights"]:
+        lines.append("note: negative cotan weights are taken as 0, since the energy is not positive with them")
     settings = {
         "relax": None if relaxed is None else steps,
         "align": list(alignments),

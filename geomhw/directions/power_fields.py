@@ -25,7 +25,7 @@ def power_transport(mesh: TriangleMesh, n: int) -> Complexes:
     return np.asarray(edge_transport(mesh, "intrinsic") ** n)
 
 
-def direction_energy(mesh: TriangleMesh, n: int, s: float = 0.0) -> sp.csr_array:
+def direction_energy(mesh: TriangleMesh, n: int, s: float = 0.0, nonnegative: bool = False) -> sp.csr_array:
     """Assemble the energy of n-direction fields, uᴴAu = ∫ |∇u|² - s n ∫ K |u|².
 
     Parameters
@@ -33,6 +33,7 @@ def direction_energy(mesh: TriangleMesh, n: int, s: float = 0.0) -> sp.csr_array
     n : 1, 2, 4 or 6.
     s : 0 for the Dirichlet energy, 1 for the holomorphic energy, which is zero for conformal fields, -1 for the
         antiholomorphic one, or a number between.
+    nonnegative : whether negative cotan weights, at edges that are not Delaunay, are replaced by 0.
 
     Returns
     -------
@@ -55,7 +56,7 @@ def direction_energy(mesh: TriangleMesh, n: int, s: float = 0.0) -> sp.csr_array
     if not -1 <= s <= 1:
         raise ArgumentError(f"s is between -1 and 1, not {s:g}")
     mesh.require_area()
-    w = mesh.edge_cotan_weights
+    w = np.maximum(mesh.edge_cotan_weights, 0.0) if nonnegative else mesh.edge_cotan_weights
     diagonal = weight_sums(mesh.edges, w, mesh.n_vertices) - s * n * angle_defects(mesh)
     return edge_matrix(mesh.edges, -w * power_transport(mesh, n), diagonal)
 

@@ -54,7 +54,7 @@ def singularity_report(mesh: TriangleMesh, u: Complexes, n: int) -> dict[str, An
     return {
         "singularities": found,
         "boundary_turns": turns,
-        "index_sum": sum(item["index"] for item in found) + sum(turns),
+        "index_sum": round(n * (sum(item["index"] for item in found) + sum(turns))) / n,
         "euler_characteristic": mesh.euler_characteristic,
     }
 

@@ -9,17 +9,22 @@ import scipy.sparse as sp
 from geomhw.arrays import Complexes, Ints
 from geomhw.directions.power_fields import direction_energy, directions_of, unit_power
 from geomhw.directions.singularities import singularity_report
+from geomhw.errors import ConvergenceError
 from geomhw.mesh.cut import cut_at_pinched_vertices
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.operators.mass import lumped_mass
 from geomhw.results import Field, Result
-from geomhw.solvers.direct import DirectSolver, SparseLU
-from geomhw.spectral.eigenpairs import smallest_eigenpairs
+from geomhw.solvers.direct import DirectSolver
+from geomhw.spectral.eigenpairs import below, smallest_eigenpairs
 
 #: Steps of relaxation, by default.
 RELAXATION = 20
+#: Negative eigenvalues above this, times area, are rounding.
+ROUNDING = 1e-6
 #: First shift that is tried to make an energy positive, over n 4π/area.
 SHIFT = 1.0
+#: Inverse iterations toward the smallest eigenvalue, and shares of the result, down to 0, at which it is bounded.
+INVERSE_ITERATIONS, SHARES = 8, (0.02, 0.1, 0.3, 0.6, 1.0)
 
 
 class DirectionFields:
@@ -38,6 +43,8 @@ class DirectionFields:
     ----------
     mesh : the mesh that is cut open, with n_vertices vertices.
     energy, mass : (n_vertices, n_vertices) sparse arrays, of `direction_energy` and `lumped_mass`.
+    nonnegative : whether negative cotan weights are replaced by 0, since the Dirichlet energy is not positive with
+        them: on meshes with slivers the fields of least energy would be noise there.
 
     Raises
     ------
@@ -60,8 +67,11 @@ class DirectionFields:
         mesh.require_oriented("a direction field")
         self.given, self.n, self.s = mesh, n, s
         self.mesh = cut_at_pinched_vertices(mesh)[0]
-        self.energy = direction_energy(self.mesh, n, s)
         self.mass = lumped_mass(self.mesh)
+        used = np.flatnonzero(np.bincount(self.mesh.faces.ravel()))
+        dirichlet, M = direction_energy(self.mesh, n)[used][:, used], self.mass[used][:, used]
+        self.nonnegative = below(dirichlet, M, -ROUNDING / M.sum()) > 0
+        self.energy = direction_energy(self.mesh, n, s, self.nonnegative)
 
     def smoothest(self) -> Complexes:
         """Compute the smoothest field, (n_vertices,) complex, with ∫|u|² = 1 on each component."""
@@ -177,7 +187,13 @@ class DirectionFields:
         directions = directions[:, : self.given.n_vertices]
         fields = [Field(name, "vertex", values) for name, values in zip(names, directions, strict=True)]
         energies = {"energy": energy, "unit_energy": self._quotient(unit_power(u))}
-        report: dict[str, Any] = {"directions": n, "s": self.s, **energies, **singularity_report(mesh, u, n)}
+        report: dict[str, Any] = {
+            "directions": n,
+            "s": self.s,
+            "nonnegative_weights": self.nonnegative,
+            **energies,
+            **singularity_report(mesh, u, n),
+        }
         return Result(self.given, fields, report)
 
     def _system(self, target: Complexes | None, weight: float) -> tuple[sp.csr_array, Complexes]:
@@ -204,6 +220,24 @@ class DirectionFields:
 def _smallest(A: sp.csr_array, M: sp.csr_array) -> Complexes:
     """Eigenvector of the smallest eigenvalue of A u = λ M u, where A may be indefinite."""
     shift = 0.0
-    while SparseLU(sp.csr_array(A + (shift + 1e-9 / M.sum()) * M)).negative_pivots:
+    while below(A, M, -shift - ROUNDING / M.sum()):
         shift = max(2 * shift, SHIFT * 4 * np.pi / M.sum())
+    try:
+        return _shifted(A, M, shift)
+    except ConvergenceError:
+        # The small eigenvalues are close to each other, compared to their size: shift to below the smallest.
+        return _shifted(A, M, -_lower_bound(A, M, shift))
+
+
+def _shifted(A: sp.csr_array, M: sp.csr_array, shift: float) -> Complexes:
     return np.asarray(smallest_eigenpairs(sp.csr_array(A + shift * M), sp.csr_array(M), 1).vectors[:, 0])
+
+
+def _lower_bound(A: sp.csr_array, M: sp.csr_array, shift: float) -> float:
+    """A number a little below the smallest eigenvalue, from a few inverse iterations and counts of eigenvalues."""
+    solve, u = DirectSolver(sp.csr_array(A + (shift + 1 / M.sum()) * M)), np.ones(A.shape[0], dtype=complex)
+    for _ in range(INVERSE_ITERATIONS):
+        u = solve(M @ u)
+        u /= np.abs(u).max()
+    upper = float((np.conj(u) @ (A @ u)).real / (np.conj(u) @ (M @ u)).real)
+    return next(bound for part in SHARES if not below(A, M, bound := upper - part * (upper + shift)))

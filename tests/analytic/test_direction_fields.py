@@ -239,3 +239,14 @@ def test_answers_do_not_depend_on_place_and_size() -> None:
     one, other = smoothest(mesh, 2), smoothest(moved, 2)
     assert other.report["energy"] * 1e-14 == pytest.approx(one.report["energy"], rel=1e-6)
     assert other.report["index_sum"] == one.report["index_sum"]
+
+
+def test_slivers_do_not_make_the_energy_negative() -> None:
+    """Where negative weights make the Dirichlet energy indefinite they are left out, and said so."""
+    ball = icosphere(2)
+    crumpled = ball.vertices + 0.15 * np.random.default_rng(0).normal(size=ball.vertices.shape)
+    report = smoothest(TriangleMesh(crumpled, ball.faces), 4).report
+    assert report["nonnegative_weights"]
+    assert report["energy"] > 0
+    assert report["index_sum"] == 2
+    assert not smoothest(ball, 4).report["nonnegative_weights"]
