@@ -16,11 +16,13 @@ from geomhw.directions import (
     principal_target,
     trivial_connection,
 )
+from geomhw.errors import ConvergenceError
 from geomhw.mesh.implicit_surfaces import genus_two
 from geomhw.mesh.primitives import cylinder_band, grid, icosphere, torus
 from geomhw.mesh.surface_points import vertex_points
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.results import Result
+from geomhw.spectral import smallest_eigenpairs
 from support.meshes import annulus, disc
 from support.reference import needs_reference, reference
 
@@ -250,3 +252,20 @@ def test_slivers_do_not_make_the_energy_negative() -> None:
     assert report["energy"] > 0
     assert report["index_sum"] == 2
     assert not smoothest(ball, 4).report["nonnegative_weights"]
+
+
+def test_closer_shift_finds_the_same_field(monkeypatch: pytest.MonkeyPatch) -> None:
+    """If the iteration does not converge, a shift to just below the smallest eigenvalue gives the same field."""
+    fields = DirectionFields(torus(20, 10), 4)
+    expected, found = fields.smoothest(), []
+
+    def failing_once(A: object, M: object, k: int) -> object:
+        found.append(k)
+        if len(found) == 1:
+            raise ConvergenceError("no convergence")
+        return smallest_eigenpairs(A, M, k)
+
+    monkeypatch.setattr("geomhw.directions.smooth_fields.smallest_eigenpairs", failing_once)
+    energies = [fields.result(u).report["energy"] for u in (expected, fields.smoothest())]
+    assert len(found) == 2
+    assert energies[1] == pytest.approx(energies[0], rel=1e-9)
