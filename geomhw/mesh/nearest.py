@@ -38,7 +38,9 @@ def nearest_points(mesh: TriangleMesh, points: ArrayLike) -> SurfacePoints:
         wrong = places[~np.isfinite(places).all(axis=1)] if places.shape[1:] == (3,) else places
         raise ArgumentError(f"a point in space has three finite coordinates, not {wrong[0].tolist()}")
     low, high = bounding_box(mesh)
-    distance, diagonal = np.linalg.norm(places - (low + high) / 2, axis=1), float(np.linalg.norm(high - low))
+    diagonal = float(np.linalg.norm(high - low))
+    with np.errstate(over="ignore"):
+        distance = np.hypot.reduce(places - (low + high) / 2, axis=1)
     for k in np.flatnonzero(distance > FARTHEST * diagonal if diagonal > 0 else [])[:1]:
         raise ArgumentError(
             f"the point {', '.join(f'{x:g}' for x in places[k])} is {distance[k]:.3g} away from the mesh, whose "
