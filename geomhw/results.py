@@ -1,6 +1,6 @@
 """Results: fields on a mesh with a report, and fields on a cloud of points."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -27,6 +27,8 @@ class Field:
         What a row belongs to: a vertex, a face, or the whole mesh, such as a time.
     values : array
         (n,) or (n, d) per vertex, (m,) or (m, d) per face, any shape for the whole mesh.
+    labels : dict, optional
+        Names of values, if the values are labels.
 
     Examples
     --------
@@ -37,6 +39,7 @@ class Field:
     name: str
     location: Location
     values: Floats | Ints
+    labels: Mapping[int, str] | None = None
 
     def __repr__(self) -> str:
         return f"{self.name}: per {self.location}, shape {np.shape(self.values)}"

@@ -133,7 +133,7 @@ class Job:
         picture: draws a result, with a ``look``. writer: writes a result to files, by default one on a mesh. mesh: that
         of curves. beside: other data files, if any, each with a function that writes it.
         """
-        from geomhw.io import together
+        from geomhw.io import together, writing_remarks
         from geomhw.results import Result
 
         others = [(path, write) for path, write in beside if path]
@@ -141,6 +141,7 @@ class Job:
             for path, write in others:
                 write(path)
             writer(result, self.outputs)
+        self.remarks += [f"note: {remark}" for path in self.outputs for remark in writing_remarks(result, path)]
         self.written += map(str, [*self.outputs, *(path for path, _ in others)])
         if self.pictures and self.pictures.page:
             with self.stage("page"), self.telling_written([str(self.pictures.page)]):

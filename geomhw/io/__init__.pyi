@@ -32,3 +32,4 @@ from .writing import check_outputs as check_outputs
 from .writing import write as write
 from .writing import write_cloud as write_cloud
 from .writing import write_stream as write_stream
+from .writing import writing_remarks as writing_remarks

@@ -13,7 +13,9 @@ from numpy.typing import NDArray
 from geomhw.errors import FieldError
 from geomhw.io.artifacts.arrays import read_numpy
 from geomhw.io.file_content import read_bytes
-from geomhw.io.reading import READABLE, read
+from geomhw.io.formats.freesurfer_read import read_freesurfer_arrays
+from geomhw.io.formats.gifti_read import parse_gifti
+from geomhw.io.reading import READABLE, mesh_extension, read
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.options import Location
 from geomhw.results import Field
@@ -26,7 +28,9 @@ def read_field(spec: str, mesh: TriangleMesh) -> Field:
     ----------
     spec
         ``FILE:ARRAY``, where FILE is a mesh with arrays, a ``.npz``, or a ``.csv`` (ARRAY is a column, or several
-        separated by commas); or the name of a ``.npy`` file.
+        separated by commas); or the name of a ``.npy`` file. In files of GIFTI (``.func.gii``, ``.label.gii``) and of
+        FreeSurfer (curv, ``.annot``, ``.label``, ``.mgh``, ``.mgz``), ARRAY is a name, a number from 0, or the name of
+        a label, which gives 1 on its vertices and 0 elsewhere; it may be left away if there is one array.
     mesh
         Mesh that the array belongs to. The number of rows decides between vertices and faces. If the mesh has as
         many vertices as faces, the location in the file decides, or, without one, the array is on the faces.
@@ -55,21 +59,22 @@ def read_field(spec: str, mesh: TriangleMesh) -> Field:
     'face'
     """
     path, key = _split(spec)
-    extension = path.suffix.lower()
+    extension = mesh_extension(path) or path.suffix.lower()
     location: Location | None = None
+    labels = None
     if extension == ".npy" and key:
         raise FieldError(f"{path.name} holds one array without a name; leave ':{key}' away")
     if extension in (".npy", ".npz"):
         name, values = key or path.stem, _from_numpy(path, key)
     elif extension == ".csv":
         name, values = key, _from_csv(path, key)
-    elif extension in READABLE:
+    elif extension in READABLE and extension != ".gii":
         name, values, location = _from_mesh(path, key, mesh)
     else:
-        known = " ".join((".npy", ".npz", ".csv", *READABLE))
-        raise FieldError(f"{path.name}: no arrays are read from '{extension}'; known are {known}")
+        field = _one_of(path, key, _on_vertices(path, extension, mesh))
+        name, values, location, labels = field.name, np.asarray(field.values), field.location, field.labels
     values = _checked(spec, values)
-    return Field(name, _location(spec, len(values), location, mesh), values)
+    return Field(name, _location(spec, len(values), location, mesh), values, labels)
 
 
 def field_file(spec: str) -> Path:
@@ -92,13 +97,50 @@ def _split(spec: str) -> tuple[Path, str]:
     raise FieldError(f"{shown}: {reason}, in the field '{spec}'")
 
 
+def _on_vertices(path: Path, extension: str, mesh: TriangleMesh) -> list[Field]:
+    """All arrays of a file of GIFTI or FreeSurfer."""
+    if extension == ".gii":
+        return parse_gifti(path.name, read_bytes(path)).arrays
+    if found := read_freesurfer_arrays(path.name, read_bytes(path), mesh.n_vertices):
+        return found
+    known = " ".join((".npy", ".npz", ".csv", *READABLE))
+    raise FieldError(
+        f"{path.name}: no arrays are read from '{extension}'; known are {known} and files of FreeSurfer (curv, .annot, "
+        ".label, .mgh, .mgz)"
+    )
+
+
+def _one_of(path: Path, key: str, fields: list[Field]) -> Field:
+    """The array of a name or a number, the only one, or the vertices with the label of a name as 1 among 0."""
+    if len(fields) == 1 and not key:
+        return fields[0]
+    for field in fields:
+        if field.name == key:
+            return field
+    if key.isdecimal() and int(key) < len(fields):
+        return fields[int(key)]
+    tables = [field for field in fields if field.labels and key in field.labels.values()]
+    if not tables:
+        names = [field.name for field in fields]
+        labels = [label for field in fields for label in (field.labels or {}).values()]
+        known = f"{path.name} has no array or label '{key}'; there are {', '.join([*names, *labels])}"
+        raise FieldError(known) if key and names else FieldError(_which(path, key, names))
+    numbers = [number for number, label in (tables[0].labels or {}).items() if label == key]
+    return Field(key, "vertex", np.isin(tables[0].values, numbers).astype(np.uint8))
+
+
 def _choose(path: Path, key: str, names: list[str]) -> str:
     if key in names:
         return key
+    raise FieldError(_which(path, key, names))
+
+
+def _which(path: Path, key: str, names: list[str]) -> str:
+    """The message about a missing or unknown name."""
     known = f"there are {', '.join(names)}" if names else "it holds none"
     if not key:
-        raise FieldError(f"{path.name}: say which array, as in '{path.name}:NAME'; {known}")
-    raise FieldError(f"{path.name} has no array '{key}'; {known}")
+        return f"{path.name}: say which array, as in '{path.name}:NAME'; {known}"
+    return f"{path.name} has no array '{key}'; {known}"
 
 
 def _from_numpy(path: Path, key: str) -> NDArray[Any]:

@@ -3,18 +3,21 @@
 import os
 import tempfile
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import BinaryIO
 
 from geomhw.errors import FormatError
 from geomhw.io import formats
 from geomhw.io.file_content import COMPRESSED, read_bytes, refuse_strangers
+from geomhw.io.formats.freesurfer_read import is_surface
+from geomhw.io.formats.gifti_read import GZIP
 from geomhw.io.formats.meshio_read import FORMATS, read_external
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.results import Cloud, Result
 
 #: Formats with a reader of our own, ``formats.read_off`` and so on.
-_OWN = (".off", ".obj", ".ply", ".stl", ".vtk", ".vtp", ".vtu")
+_OWN = (".off", ".obj", ".ply", ".stl", ".vtk", ".vtp", ".vtu", ".gii", ".freesurfer")
 #: Extensions that ``read`` knows.
 READABLE = (*_OWN, *FORMATS)
 
@@ -51,6 +54,8 @@ def read(source: str | Path | BinaryIO, extension: str = "") -> Result:
     {'file': 'creature.obj', 'format': 'OBJ'}
     """
     path = Path(source) if isinstance(source, str | Path) else Path("standard input")
+    if isinstance(source, str | Path):
+        extension = extension or mesh_extension(path)
     extension = extension or path.suffix.lower()
     if extension in COMPRESSED:
         raise FormatError(f"{path} is a compressed file or an archive; take the mesh out first")
@@ -70,8 +75,24 @@ def read(source: str | Path | BinaryIO, extension: str = "") -> Result:
     try:
         return reader(path.name, data)
     except FormatError:
-        refuse_strangers(path, data)
+        if extension != ".gii" or not data.startswith(GZIP):
+            refuse_strangers(path, data)
         raise
+
+
+def mesh_extension(path: Path) -> str:
+    """Return the extension that stands for the format of a mesh file, or "" if it is unknown.
+
+    A ``.gii.gz`` is ``.gii``; FreeSurfer's surfaces, such as ``lh.white``, are ``.freesurfer`` by their first bytes.
+    """
+    extension = path.suffix.lower()
+    if extension in READABLE:
+        return extension
+    if path.name.lower().endswith(".gii.gz"):
+        return ".gii"
+    with suppress(FormatError):
+        return ".freesurfer" if is_surface(read_bytes(path, limit=64), path.stat().st_size) else ""
+    return ""
 
 
 def _read_as(name: str, data: bytes) -> Result:

@@ -9,12 +9,15 @@ import numpy as np
 
 from geomhw.errors import FieldError, FormatError
 from geomhw.io.atomic import replacing, why_not_writable
+from geomhw.io.formats import gifti_write
+from geomhw.io.formats.gifti_write import write_func, write_gii, write_label, write_surface
 from geomhw.io.formats.ply_write import write_ply
 from geomhw.io.formats.vtk_write import write_vtk
 from geomhw.io.formats.vtk_xml_write import write_vtp, write_vtp_cloud, write_vtu
 from geomhw.results import Cloud, Result
 
-_WRITERS = {".vtk": write_vtk, ".vtp": write_vtp, ".vtu": write_vtu, ".ply": write_ply}
+_WRITERS = {".vtk": write_vtk, ".vtp": write_vtp, ".vtu": write_vtu, ".ply": write_ply, ".gii": write_gii}
+_WRITERS_OF_GIFTI = {".gii": write_gii, ".surf.gii": write_surface, ".func.gii": write_func, ".label.gii": write_label}
 #: Extensions that ``write`` knows.
 WRITABLE = tuple(_WRITERS)
 
@@ -55,12 +58,30 @@ def write(result: Result, paths: str | Path | Sequence[str | Path], *, compress:
     check_outputs(targets)
     _check_fields(result)
     with replacing(targets) as temporaries:
-        for temporary in temporaries:
+        for target, temporary in zip(map(Path, targets), temporaries, strict=True):
+            extension = target.suffix.lower()
             with temporary.open("wb") as stream:
-                if compress and temporary.suffix.lower() == ".vtp":
+                if compress and extension == ".vtp":
                     write_vtp(result, stream, compress=True)
+                elif extension == ".gii":
+                    _WRITERS_OF_GIFTI[gifti_write.ending(target)](result, stream)
                 else:
-                    _WRITERS[temporary.suffix.lower()](result, stream)
+                    _WRITERS[extension](result, stream)
+
+
+def writing_remarks(result: Result, path: str | Path) -> list[str]:
+    """Return sentences on what a file of this name does not hold of a result, or holds in another form.
+
+    Examples
+    --------
+    >>> from geomhw.io import writing_remarks
+    >>> from geomhw.mesh.primitives import icosphere
+    >>> from geomhw.results import Field, Result
+    >>> mesh = icosphere(1)
+    >>> writing_remarks(Result(mesh, [Field("area", "face", mesh.face_areas)]), "ball.gii")
+    ['ball.gii is without area, which are no arrays on vertices']
+    """
+    return gifti_write.remarks_on(result, Path(path)) if Path(path).suffix.lower() == ".gii" else []
 
 
 def write_stream(result: Result, stream: BinaryIO, extension: str) -> None:

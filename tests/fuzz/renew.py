@@ -1,5 +1,6 @@
 """Makes the corpus, small whole files in every dialect that a reader knows: ``cd tests && python -m fuzz.renew``."""
 
+import gzip
 import io
 import re
 import shutil
@@ -11,6 +12,7 @@ import numpy as np
 import pyvista
 import scipy.io
 import scipy.sparse as sp
+from nibabel.freesurfer import io as freesurfer
 from PIL import Image
 from vtkmodules.vtkIOGeometry import vtkSTLWriter
 from vtkmodules.vtkIOLegacy import vtkPolyDataWriter, vtkUnstructuredGridWriter
@@ -18,7 +20,7 @@ from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter, vtkXMLUnstructuredGridWrit
 
 from geomhw.io import SeriesWriter, write, write_checkpoint, write_cloud
 from geomhw.results import Cloud, Field
-from support import obj_files, off_files, ply_files, vtk_files
+from support import neuro_files, obj_files, off_files, ply_files, vtk_files
 
 CORPUS = Path(__file__).resolve().parent / "corpus"
 SU2 = """NDIME= 3
@@ -220,7 +222,32 @@ def others() -> None:
         Image.fromarray(pixels).convert(mode).save(_folder("picture") / f"{mode}.png")
 
 
+def neuro() -> None:
+    """Files of GIFTI and FreeSurfer in every encoding, as nibabel writes them."""
+    values = np.array([0.25, 1, -2, 8], "f4")
+    for encoding in ("ASCII", "B64BIN", "B64GZ"):
+        image = neuro_files.surface(encoding=f"GIFTI_ENCODING_{encoding}")
+        image.to_filename(_folder("gii") / f"{encoding}.gii")
+    (_folder("gii") / "gzip.gii").write_bytes(gzip.compress((_folder("gii") / "ASCII.gii").read_bytes(), mtime=0))
+    write(vtk_files.RESULT, _folder("gii") / "ours.gii")
+    neuro_files.metric(values, 2 * values).to_filename(_folder("func") / "metric.func.gii")
+    neuro_files.labels().to_filename(_folder("func") / "labels.label.gii")
+    geometry = _folder("freesurfer")
+    info = {"head": [20], "valid": "1", "filename": "a", "volume": [9, 9, 9], "voxelsize": [1.0, 1.0, 1.0]}
+    info |= {f"{name}ras": np.arange(3.0) for name in "xyzc"}
+    points = neuro_files.POINTS
+    freesurfer.write_geometry(geometry / "triangles", points, neuro_files.FACES, "created by x", info)
+    (geometry / "quads").write_bytes(neuro_files.quads())
+    (geometry / "new_quads").write_bytes(neuro_files.quads(b"\xff\xff\xfd"))
+    freesurfer.write_morph_data(_folder("curv") / "lh.thickness", values, fnum=2)
+    (_folder("curv") / "old").write_bytes(b"\0\0\4\0\0\2" + (values * 100).astype(">i2").tobytes())
+    neuro_files.save_annot(_folder("annot") / "lh.annot")
+    (_folder("label") / "lh.label").write_bytes(neuro_files.LABEL_TEXT)
+    for kind in ("mgh", "mgz"):
+        neuro_files.save_overlay(_folder(kind) / f"a.{kind}", np.stack([values, 2 * values]))
+
+
 if __name__ == "__main__":
     shutil.rmtree(CORPUS, ignore_errors=True)
-    for part in (texts, ours, of_vtk, dialects, of_meshio, others):
+    for part in (texts, ours, of_vtk, dialects, of_meshio, others, neuro):
         part()

@@ -1,3 +1,5 @@
+from .freesurfer_read import read_freesurfer as read_freesurfer
+from .gifti_read import read_gii as read_gii
 from .obj_read import read_obj as read_obj
 from .off_read import read_off as read_off
 from .ply_read import read_ply as read_ply
