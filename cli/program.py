@@ -18,8 +18,10 @@ from geomhw_cli.center import center
 from geomhw_cli.compare import compare
 from geomhw_cli.derive import derive
 from geomhw_cli.design import design
+from geomhw_cli.extrema import extrema
 from geomhw_cli.fluid import fluid
 from geomhw_cli.geodesic import geodesic
+from geomhw_cli.gradient import gradient
 from geomhw_cli.helmholtz import helmholtz
 from geomhw_cli.info import info
 from geomhw_cli.killing import killing
@@ -29,9 +31,11 @@ from geomhw_cli.operators import operators
 from geomhw_cli.path import path
 from geomhw_cli.push import push
 from geomhw_cli.repair import repair
+from geomhw_cli.rois import rois
 from geomhw_cli.runtime import interrupts
 from geomhw_cli.runtime.pictures import keep_command_line
 from geomhw_cli.sample import sample
+from geomhw_cli.smooth import smooth
 from geomhw_cli.spectrum import spectrum
 from geomhw_cli.streamlines import streamlines
 from geomhw_cli.trace import trace
@@ -133,8 +137,10 @@ for command in (
     compare,
     derive,
     design,
+    extrema,
     fluid,
     geodesic,
+    gradient,
     helmholtz,
     info,
     killing,
@@ -144,7 +150,9 @@ for command in (
     path,
     push,
     repair,
+    rois,
     sample,
+    smooth,
     spectrum,
     streamlines,
     trace,

@@ -38,6 +38,9 @@ from . import (
     results as results,
 )
 from . import (
+    scalars as scalars,
+)
+from . import (
     solvers as solvers,
 )
 from . import (

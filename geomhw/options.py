@@ -18,6 +18,8 @@ FieldBasis = Literal["vertices", "coexact"]
 SignatureName = Literal["hks", "wks"]
 #: Distances from eigenfunctions.
 SpectralDistanceName = Literal["biharmonic", "diffusion"]
+#: What happens where geodesic disks meet: they overlap, a vertex is in the nearest one, or in none.
+OverlapName = Literal["allow", "closest", "exclude"]
 #: How ``sample`` spreads points over a surface.
 SampleMethod = Literal["farthest", "poisson"]
 #: How geodesic distances are computed: by the heat method, or exactly on the polyhedral surface.

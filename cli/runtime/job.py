@@ -20,14 +20,15 @@ from geomhw_cli.specs.files import STANDARD, file_stem, read_input, require_writ
 if TYPE_CHECKING:
     from geomhw.mesh.triangle_mesh import TriangleMesh
     from geomhw.results import Cloud, Result
+    from geomhw.results import Field
 
 
 @dataclass
 class Job:
     """A run of a command on one mesh.
 
-    outputs, pictures: files to write. notes: remarks of the reader. remarks: lines for the report. written: files so
-    far.
+    outputs, pictures: files to write. notes, fields: report and arrays of the reader. remarks: lines for the report.
+    written: files so far.
     """
 
     command: str
@@ -38,6 +39,7 @@ class Job:
     quiet: bool = False
     verbose: bool = False
     notes: dict[str, Any] = field(default_factory=dict)
+    fields: "Sequence[Field]" = ()
     remarks: list[str] = field(default_factory=list)
     written: list[str] = field(default_factory=list)
     stages: Stages = field(default_factory=Stages)
@@ -107,7 +109,7 @@ class Job:
         with self.stage("read"):
             content = read_input(self.mesh_path)
         self.log(f"{content.mesh.n_vertices} vertices, {content.mesh.n_faces} faces")
-        self.notes = content.report
+        self.notes, self.fields = content.report, content.fields
         return content.mesh
 
     def read_oriented(self) -> "TriangleMesh":

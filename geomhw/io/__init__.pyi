@@ -20,6 +20,7 @@ from .artifacts.tables import write_csv as write_csv
 from .atomic import replacing as replacing
 from .atomic import together as together
 from .fields import field_file as field_file
+from .fields import field_parts as field_parts
 from .fields import read_field as read_field
 from .file_content import read_json as read_json
 from .file_content import read_lines as read_lines

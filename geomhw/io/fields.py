@@ -82,6 +82,17 @@ def field_file(spec: str) -> Path:
     return _split(spec)[0]
 
 
+def field_parts(spec: str) -> tuple[Path, str]:
+    """Return the file and the name of the array, "" without one, in the specification of a field or of a mesh.
+
+    Raises
+    ------
+    FieldError
+        If the file does not exist.
+    """
+    return _split(spec)
+
+
 def _split(spec: str) -> tuple[Path, str]:
     """File and array; a path may contain colons, so the file is the longest part that is a file."""
     cuts = [len(spec), *(i for i in reversed(range(len(spec))) if spec[i] == ":")]
@@ -99,9 +110,10 @@ def _split(spec: str) -> tuple[Path, str]:
 
 def _on_vertices(path: Path, extension: str, mesh: TriangleMesh) -> list[Field]:
     """All arrays of a file of GIFTI or FreeSurfer."""
+    data = read_bytes(path) if path.stat().st_size else b""
     if extension == ".gii":
-        return parse_gifti(path.name, read_bytes(path)).arrays
-    if found := read_freesurfer_arrays(path.name, read_bytes(path), mesh.n_vertices):
+        return parse_gifti(path.name, data).arrays
+    if found := read_freesurfer_arrays(path.name, data, mesh.n_vertices):
         return found
     known = " ".join((".npy", ".npz", ".csv", *READABLE))
     raise FieldError(

@@ -79,7 +79,7 @@ def writing_remarks(result: Result, path: str | Path) -> list[str]:
     >>> from geomhw.results import Field, Result
     >>> mesh = icosphere(1)
     >>> writing_remarks(Result(mesh, [Field("area", "face", mesh.face_areas)]), "ball.gii")
-    ['ball.gii is without area, which are no arrays on vertices']
+    ['ball.gii is without area (per face), for it holds arrays on vertices']
     """
     return gifti_write.remarks_on(result, Path(path)) if Path(path).suffix.lower() == ".gii" else []
 

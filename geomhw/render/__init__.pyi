@@ -23,4 +23,5 @@ from .panels import save_vector as save_vector
 from .pictures import geodesic_picture as geodesic_picture
 from .pictures import helmholtz_picture as helmholtz_picture
 from .pictures import spectrum_picture as spectrum_picture
+from .scalar_pictures import scalar_picture as scalar_picture
 from .vector_pictures import transport_picture as transport_picture

@@ -31,6 +31,7 @@ ALLOWED |= {
     "fluid": _GROUND | {"flow"},
     "spectral": _GROUND | {"flow"},
     "directions": _GROUND | {"flow", "spectral"},
+    "scalars": _GROUND | {"geodesic"},
     "io": {"arrays", "compiled", "errors", "mesh", "results"},
     "render": {"arrays", "errors", "mesh", "results", "flow"},
     # Compares two files: above io, below the program only.

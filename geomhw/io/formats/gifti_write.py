@@ -65,8 +65,9 @@ def remarks_on(result: Result, path: Path) -> list[str]:
         return []
     vertices = _on_vertices(result)
     written = [item for item in vertices if kind != ".label.gii" or _is_label(np.asarray(item.values))]
-    left = [item.name for item in result.fields if not any(item is other for other in written)]
-    remarks = [f"{path.name} is without {', '.join(left)}, which are no {_CONTENT[kind]}"] if left else []
+    left = [item for item in result.fields if not any(item is other for other in written)]
+    names = ", ".join(f"{item.name} (per {item.location})" for item in left)
+    remarks = [f"{path.name} is without {names}, for it holds {_CONTENT[kind]}"] if left else []
     if reached := [item.name for item in written if _lacks_infinity(np.asarray(item.values))]:
         remarks.append(f"{path.name} has -1 where {', '.join(reached)} is infinite, as Workbench does")
     if kind != ".label.gii" and any(np.asarray(item.values).dtype == np.float64 for item in written):
