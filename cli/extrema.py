@@ -47,9 +47,10 @@ def extrema(
     Arrays per vertex: extrema (1 at maxima, -1 at minima, 0 elsewhere), and the array.
 
     \b
-    Examples:
-      geomhw extrema result.vtp:distance --distance 0.3 --json
-      geomhw extrema lh.surf.gii --array lh.sulc --distance 10 -o lh.extrema.func.gii
+    Examples, in one file and in two:
+      geomhw geodesic data/creature.obj -o result.vtp -o lh.surf.gii -o lh.func.gii
+      geomhw extrema result.vtp:distance --distance 0.3 -o e.vtp --json
+      geomhw extrema lh.surf.gii --array lh.func.gii:divergence --distance 1 -o lh.extrema.func.gii
     """
     import numpy as np
 

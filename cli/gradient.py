@@ -22,17 +22,18 @@ def gradient(
 ) -> None:
     """Compute the gradient of an array on the vertices of MESH.
 
-    On a face, it is that of the linear function between the corners. At a vertex, it is that of a quadratic fitted to
-    the vertices around, with an error that falls with the square of the edge length. With --mask, vertices outside are
+    On a face, it is that of the linear function between the corners. At a vertex, it is that of a cubic fitted to the
+    vertices around, with an error that falls with the cube of the edge length. With --mask, vertices outside are
     not used, and their gradient is zero. Without -o, writes <stem>.gradient.vtk and .png to the current directory.
 
     \b
     Arrays per vertex: gradient_magnitude, gradient (3 components). Per face: gradient.
 
     \b
-    Examples:
+    Examples, in one file and in two:
+      geomhw geodesic data/creature.obj -o result.vtp -o lh.surf.gii -o lh.func.gii
       geomhw gradient result.vtp:distance -o g.vtp
-      geomhw gradient lh.surf.gii --array lh.func.gii:thickness -o lh.gradient.func.gii
+      geomhw gradient lh.surf.gii --array lh.func.gii:distance -o lh.gradient.func.gii
     """
     import numpy as np
 

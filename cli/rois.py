@@ -49,7 +49,7 @@ def rois(
     \b
     Examples:
       geomhw rois data/creature.obj --center 12 --center 700 --radius 0.3 -o rois.vtp
-      geomhw rois lh.surf.gii --center @seeds.txt --radius 10 --gaussian 4 --overlap closest -o lh.rois.func.gii
+      geomhw rois data/creature.obj --center 12,700 --radius 1 --gaussian 0.4 --overlap closest -o rois.func.gii
     """
     import click
 

@@ -43,17 +43,17 @@ def smooth(
     """Smooth an array on the vertices of MESH along the surface.
 
     Heat flows for the time FWHM² / (16 ln 2), after which a point of a plane is a Gaussian of that full width at half
-    maximum. The integral, the sum of value times area of the vertex, stays to rounding, and so do constants; the
-    range of values is kept where no cotan weight is negative (--robust). The standard deviation is FWHM / 2.3548.
-    Without -o, writes <stem>.smooth.vtk and .png to the current directory.
+    maximum; the standard deviation is FWHM / 2.3548. The integral, the sum of value times area of the vertex, stays to
+    rounding, and so do constants. Without -o, writes <stem>.smooth.vtk and .png to the current directory.
 
     \b
     Array per vertex: that of the input, under its own name.
 
     \b
-    Examples:
+    Examples, in one file and in two:
+      geomhw geodesic data/creature.obj -o result.vtp -o lh.surf.gii -o lh.func.gii
       geomhw smooth result.vtp:distance --fwhm 0.2 -o smooth.vtp
-      geomhw smooth lh.surf.gii --array lh.func.gii:thickness --fwhm 6 -o lh.smooth.func.gii
+      geomhw smooth lh.surf.gii --array lh.func.gii:distance --fwhm 0.2 -o lh.smooth.func.gii
     """
     import numpy as np
 

@@ -68,10 +68,9 @@ def read_field(spec: str, mesh: TriangleMesh) -> Field:
         name, values = key or path.stem, _from_numpy(path, key)
     elif extension == ".csv":
         name, values = key, _from_csv(path, key)
-    elif extension in READABLE and extension != ".gii":
-        name, values, location = _from_mesh(path, key, mesh)
     else:
-        field = _one_of(path, key, _on_vertices(path, extension, mesh))
+        is_mesh = extension in READABLE and extension != ".gii"
+        field = _from_mesh(path, key, mesh) if is_mesh else _one_of(path, key, _on_vertices(path, extension, mesh))
         name, values, location, labels = field.name, np.asarray(field.values), field.location, field.labels
     values = _checked(spec, values)
     return Field(name, _location(spec, len(values), location, mesh), values, labels)
@@ -138,7 +137,7 @@ def _one_of(path: Path, key: str, fields: list[Field]) -> Field:
         known = f"{path.name} has no array or label '{key}'; there are {', '.join([*names, *labels])}"
         raise FieldError(known) if key and names else FieldError(_which(path, key, names))
     numbers = [number for number, label in (tables[0].labels or {}).items() if label == key]
-    return Field(key, "vertex", np.isin(tables[0].values, numbers).astype(np.uint8))
+    return Field(key, tables[0].location, np.isin(tables[0].values, numbers).astype(np.uint8))
 
 
 def _choose(path: Path, key: str, names: list[str]) -> str:
@@ -203,14 +202,15 @@ def _bad_cell(path: Path, header: list[str], columns: list[int]) -> str:
     return ""
 
 
-def _from_mesh(path: Path, key: str, mesh: TriangleMesh) -> tuple[str, NDArray[Any], Location]:
+def _from_mesh(path: Path, key: str, mesh: TriangleMesh) -> Field:
     fields = [field for field in read(path).fields if field.location != "mesh"]
+    if key and key not in [field.name for field in fields] and any(field.labels for field in fields):
+        return _one_of(path, key, fields)
     _choose(path, key, list(dict.fromkeys(field.name for field in fields)))
     rows = {"vertex": mesh.n_vertices, "face": mesh.n_faces}
     same = [field for field in fields if field.name == key]
     # Of arrays with this name on vertices and on faces, the one that fits.
-    best = next((field for field in same if len(field.values) == rows[field.location]), same[0])
-    return best.name, np.asarray(best.values), best.location
+    return next((field for field in same if len(field.values) == rows[field.location]), same[0])
 
 
 def _checked(spec: str, values: Any) -> NDArray[Any]:

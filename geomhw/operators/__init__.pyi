@@ -36,6 +36,7 @@ from .laplacian import stiffness as stiffness
 from .local_fit import LocalFit as LocalFit
 from .mass import consistent_mass as consistent_mass
 from .mass import lumped_mass as lumped_mass
+from .mass import mean_mass as mean_mass
 from .parallel_transport import (
     edge_rotations as edge_rotations,
 )

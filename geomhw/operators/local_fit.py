@@ -1,5 +1,8 @@
 """Quadratic least-squares fits at vertices: values and first derivatives of fields that are given on faces."""
 
+from functools import cached_property
+from typing import Literal
+
 import numpy as np
 import scipy.sparse as sp
 
@@ -32,6 +35,7 @@ class LocalFit:
     Parameters
     ----------
     mesh : oriented or not; the sign of ``normals`` is that of its vertex normals.
+    degree : of the polynomials for values at vertices. Cubics have derivatives with an error of O(h³).
 
     Attributes
     ----------
@@ -61,19 +65,32 @@ class LocalFit:
     True
     """
 
-    def __init__(self, mesh: TriangleMesh) -> None:
+    def __init__(self, mesh: TriangleMesh, degree: Literal[2, 3] = 2) -> None:
         mesh.require_area()
         self.axes = mesh.tangent_frames
         corners = _incidence(mesh)
         near = _faces_near(corners)
-        _, *self.vertex_slopes = self._fit(mesh, _pairs(near @ corners), mesh.vertices)
+        _, *self.vertex_slopes = self._fit(mesh, _pairs(near @ corners), mesh.vertices, degree=degree)
         upward = [np.einsum("ix,ix->i", D @ mesh.vertices, mesh.vertex_normals) for D in self.vertex_slopes]
         self.normals = unit(mesh.vertex_normals - np.einsum("ai,iax->ix", upward, self.axes))
+        self._mesh, self._near = mesh, near
+
+    @property
+    def value(self) -> sp.csr_array:
+        """From values on faces to the value at each vertex."""
+        return self._from_faces[0]
+
+    @property
+    def slopes(self) -> list[sp.csr_array]:
+        """From values on faces to the derivatives at each vertex."""
+        return self._from_faces[1:]
+
+    @cached_property
+    def _from_faces(self) -> list[sp.csr_array]:
+        mesh = self._mesh
         outward = mesh.face_centers[:, None] - mesh.vertices[mesh.faces]
         offsets = np.einsum("fkx,fkx->f", outward, self._corner_normals(mesh)) / 6
-        self.value, *self.slopes = self._fit(mesh, _pairs(near), mesh.face_centers, offsets)
-        self._face_normals = mesh.face_normals
-        self._tilted = unit(self._corner_normals(mesh).sum(axis=1))
+        return self._fit(mesh, _pairs(self._near), mesh.face_centers, offsets)
 
     def _corner_normals(self, mesh: TriangleMesh) -> Floats:
         """Surface normals at the corners of faces, (m, 3, 3), on the side of the normal of the face."""
@@ -86,12 +103,23 @@ class LocalFit:
 
         A face is tilted against the surface by O(h). That part along the faces has no second-order derivatives.
         """
-        cosine = np.maximum(np.einsum("fx,fx->f", self._face_normals, self._tilted), STEEPEST)
+        normals = self._mesh.face_normals
+        cosine = np.maximum(np.einsum("fx,fx->f", normals, self._tilted), STEEPEST)
         height = np.einsum("fx,fx->f", field, self._tilted) / cosine
-        return np.asarray(field - height[:, None] * self._face_normals)
+        return np.asarray(field - height[:, None] * normals)
+
+    @cached_property
+    def _tilted(self) -> Floats:
+        """Mean normals of the surface at the corners of faces, (m, 3)."""
+        return unit(self._corner_normals(self._mesh).sum(axis=1))
 
     def _fit(
-        self, mesh: TriangleMesh, pairs: tuple[Ints, Ints], points: Floats, offsets: Floats | None = None
+        self,
+        mesh: TriangleMesh,
+        pairs: tuple[Ints, Ints],
+        points: Floats,
+        offsets: Floats | None = None,
+        degree: Literal[2, 3] = 2,
     ) -> list[sp.csr_array]:
         """Operators from values at points, (k, 3), to the value and the slopes at vertices.
 
@@ -107,6 +135,8 @@ class LocalFit:
         radius[radius == 0] = 1.0
         x, y = x / radius[at], y / radius[at]
         columns = [np.ones_like(x), x, y, x * x, x * y, y * y]
+        if degree == 3:
+            columns += [x**3, x * x * y, x * y * y, y**3]
         if offsets is not None:
             side = np.einsum("px,px->p", mesh.face_normals[point], mesh.vertex_normals[at])
             z = np.where(side < 0, -1.0, 1.0) * offsets[point] / radius[at]

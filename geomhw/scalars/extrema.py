@@ -80,8 +80,11 @@ def _maxima(mesh: TriangleMesh, values: Floats, plateaus: Ints, distance: float,
     if not distance:
         return found
     exact = ExactDistance(mesh)
-    kept = np.zeros(mesh.n_vertices, dtype=bool)
+    kept, near_higher = np.zeros(mesh.n_vertices, dtype=bool), np.zeros(mesh.n_vertices, dtype=bool)
     for vertex in found.tolist():
+        if near_higher[vertex]:
+            continue
         near = np.isfinite(exact.from_vertices([vertex], limit=distance)["distance"])
-        kept[vertex] = not ((values > values[vertex]) & near).any() and not (kept & near).any()
+        kept[vertex] = not (values[near] > values[vertex]).any()
+        near_higher |= near  # all that follow are lower, or equal and of a higher index
     return found[kept[found]]

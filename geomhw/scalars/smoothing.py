@@ -3,15 +3,17 @@
 import math
 
 import numpy as np
+import scipy.sparse as sp
 
 from geomhw.arrays import Floats
 from geomhw.errors import ArgumentError
 from geomhw.mesh.polyhedral import PolyhedralSurface
-from geomhw.operators.laplacian import backward_euler, stiffness
+from geomhw.operators.laplacian import stiffness
+from geomhw.operators.mass import mean_mass
 from geomhw.solvers.auto import LaplaceSolver
 
-#: Steps of the heat flow. Against its exact decay exp(-λt), eigenfunctions are off by 3e-4 of their start at most.
-STEPS = 8
+#: Steps of the heat flow: 4 or 32 change a point that has become a Gaussian of 6 edges by 2 or 0.1 %.
+STEPS = 12
 #: Root 1 - 1/√2 of the denominator of a step, for which it is L-stable and of second order [Hairer, Wanner 1996, IV.6].
 GAMMA = 1 - math.sqrt(0.5)
 
@@ -46,8 +48,10 @@ def diffusion_time(fwhm: float) -> float:
 class HeatSmoothing:
     """Smooth functions by heat flow; nothing flows through the boundary.
 
-    M du/dt = -S u is solved by equal steps of a method of second order that is L-stable: two backward Euler solutions
-    w = (M + γτS)⁻¹ M u and w' of w give (1 + √2) w' - √2 w. Each keeps the integral of u and constants.
+    M du/dt = -S u is solved by equal steps of an L-stable method of second order: two backward Euler solutions
+    w = (M + γτS)⁻¹ M u and w' of w give (1 + √2) w' - √2 w. Each keeps the integral of u and constants. M is the mean
+    of the lumped and the consistent mass: at a width of three edges, a point is off by 1 % in the mean square, with the
+    lumped mass by 10 %. Values below the smallest remain possible, by 3e-4 of the range at a width of two edges.
 
     Parameters
     ----------
@@ -80,10 +84,11 @@ class HeatSmoothing:
     def __init__(self, mesh: PolyhedralSurface, fwhm: float, surface: PolyhedralSurface | None = None) -> None:
         surface = surface or mesh
         self.time = diffusion_time(fwhm)
-        self._areas = surface.vertex_areas / surface.sheets
+        self._areas = surface.vertex_areas
+        self._mass = mean_mass(surface)
         self._free = self._areas > 0
         self._components = mesh.components
-        heat = backward_euler(self._areas, stiffness(surface), GAMMA * self.time / STEPS)
+        heat = sp.csr_array(self._mass + GAMMA * self.time / STEPS * stiffness(surface))
         self._solve = LaplaceSolver(heat, self._free, solves=2 * STEPS)
 
     def __call__(self, values: Floats) -> Floats:
@@ -92,11 +97,10 @@ class HeatSmoothing:
         scale = np.abs(start[self._free]).max(initial=0)
         if not scale:
             return start.copy()
-        areas = self._areas if start.ndim == 1 else self._areas[:, None]
         u = start / scale
         for _ in range(STEPS):
-            once = self._solve(areas * u)
-            u = (1 + math.sqrt(2)) * self._solve(areas * once) - math.sqrt(2) * once
+            once = self._solve(self._mass @ u)
+            u = (1 + math.sqrt(2)) * self._solve(self._mass @ once) - math.sqrt(2) * once
         free = self._free if start.ndim == 1 else self._free[:, None]
         u += self._lost(start / scale - u)[self._components]
         return np.where(free, scale * u, start)

@@ -1,4 +1,4 @@
-"""The gradient of a function at vertices, by quadratic fits."""
+"""The gradient of a function at vertices, by cubic fits."""
 
 import numpy as np
 
@@ -8,7 +8,7 @@ from geomhw.operators.local_fit import LocalFit
 
 
 def vertex_gradient(mesh: TriangleMesh, values: Floats) -> Floats:
-    """Compute the gradient of a function at vertices, with an error of O(h²) on irregular meshes too.
+    """Compute the gradient of a function at vertices, with an error of O(h³) on irregular meshes too.
 
     Parameters
     ----------
@@ -19,7 +19,7 @@ def vertex_gradient(mesh: TriangleMesh, values: Floats) -> Floats:
 
     Returns
     -------
-    (n, 3) array, units of the values per length, in the tangent planes of the surface that `LocalFit` fits.
+    (n, 3) array, units of the values per length, tangent to the surface that `LocalFit` fits.
 
     Raises
     ------
@@ -33,11 +33,9 @@ def vertex_gradient(mesh: TriangleMesh, values: Floats) -> Floats:
     >>> vertex_gradient(mesh, 2 * mesh.vertices[:, 0]).round(12)[7].tolist()
     [2.0, 0.0, 0.0]
     """
-    fit = LocalFit(mesh)
-    slopes = np.stack([D @ np.asarray(values, dtype=float) for D in fit.vertex_slopes])
-    vectors = np.einsum("ai,iax->ix", slopes, fit.axes)
-    # A tangent vector of the surface that has these components along the axes.
-    upward = np.einsum("ix,ix->i", vectors, fit.normals) / np.maximum(
-        np.einsum("ix,ix->i", mesh.vertex_normals, fit.normals), 0.1
-    )
-    return np.asarray(vectors - upward[:, None] * mesh.vertex_normals)
+    fit = LocalFit(mesh, degree=3)
+    slopes = np.stack([D @ np.asarray(values, dtype=float) for D in fit.vertex_slopes], axis=1)
+    # Derivatives of the position along the coordinates of the fit, which are not quite tangent to the surface.
+    tangents = np.stack([D @ mesh.vertices for D in fit.vertex_slopes], axis=1)
+    metric = np.einsum("nax,nbx->nab", tangents, tangents) + np.finfo(float).tiny * np.eye(2)
+    return np.einsum("nab,nb,nax->nx", np.linalg.pinv(metric, hermitian=True), slopes, tangents)

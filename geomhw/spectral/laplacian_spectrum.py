@@ -16,25 +16,13 @@ from geomhw.operators.crouzeix_raviart import crouzeix_raviart_gradient
 from geomhw.operators.curl import quarter_turn
 from geomhw.operators.gradient import gradient
 from geomhw.operators.laplacian import stiffness
-from geomhw.operators.mass import consistent_mass, lumped_mass
+from geomhw.operators.mass import lumped_mass
+from geomhw.operators.mass import mean_mass as mean_mass
 from geomhw.operators.parallel_transport import from_complex
 from geomhw.options import Connection, EndCondition
 from geomhw.results import Field, Result
 from geomhw.solvers.direct import DirectSolver
 from geomhw.spectral.eigenpairs import Eigenpairs, smallest_eigenpairs
-
-
-def mean_mass(surface: PolyhedralSurface) -> sp.csr_array:
-    """Assemble the mean of the lumped and the consistent mass.
-
-    Eigenvalues of the lumped mass are too small and those of the consistent mass too large, by nearly the same amount:
-    on icospheres the first hundred are ten times as accurate with the mean.
-
-    Returns
-    -------
-    (n, n) sparse array, units length², symmetric positive definite on vertices that have faces.
-    """
-    return sp.csr_array((lumped_mass(surface) + consistent_mass(surface)) / 2)
 
 
 def laplacian_spectrum(

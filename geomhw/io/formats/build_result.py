@@ -1,7 +1,8 @@
 """The last step of every reader: polygons become triangles, and arrays become fields of a Result."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -53,10 +54,17 @@ def build_result(
     origin = kept[division.polygons] if polygons or len(kept) < len(content.sizes) else None
     fields = [
         *_fields(name, content.vertex_arrays, "vertex", len(points)),
-        *_fields(name, content.face_arrays, "face", len(content.sizes), origin),
+        *(
+            _named(field, content.labels)
+            for field in _fields(name, content.face_arrays, "face", len(content.sizes), origin)
+        ),
         *_fields(name, content.mesh_arrays, "mesh"),
     ]
     return Result(mesh, fields, report)
+
+
+def _named(field: Field, labels: Mapping[str, Mapping[int, str]]) -> Field:
+    return replace(field, labels=labels[field.name]) if field.name in labels else field
 
 
 def _repetitions(content: Polygons, corners: Ints, sizes: Ints, kept: Ints, place: Place) -> Iterator[str]:

@@ -8,7 +8,6 @@ import colorsys
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any, BinaryIO
-from xml.sax.saxutils import escape
 
 import numpy as np
 from numpy.typing import NDArray
@@ -175,4 +174,4 @@ def _data_array(name: str, intent: str, values: NDArray[Any]) -> Iterator[bytes]
 
 def _text(name: str) -> str:
     """A name as the text of an element, without characters that XML cannot hold."""
-    return escape(UNWRITABLE.sub("_", name))
+    return UNWRITABLE.sub("_", name).replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")

@@ -20,6 +20,8 @@ Place = Callable[[int], str]
 class Polygons:
     """Contents of a mesh file: points (n, 3), vertex indices, flat, and size of each polygon, arrays, report notes.
 
+    labels: names of the values of face arrays that are labels.
+
     remarks: sentences on what was read differently from what the file says.
     """
 
@@ -29,6 +31,7 @@ class Polygons:
     vertex_arrays: Arrays = field(default_factory=dict)
     face_arrays: Arrays = field(default_factory=dict)
     mesh_arrays: Arrays = field(default_factory=dict)
+    labels: Mapping[str, Mapping[int, str]] = field(default_factory=dict)
     notes: dict[str, Any] = field(default_factory=dict)
     remarks: list[str] = field(default_factory=list)
 

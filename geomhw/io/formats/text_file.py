@@ -99,6 +99,12 @@ class TextFile:
         """Return the tokens of a line as text, shortened to 30 characters."""
         return [_shortened(token) for token, _ in self._tokens(line)]
 
+    def rest(self, line: int, skip: int) -> str:
+        """Return a line as text without its first bytes, with single blanks."""
+        begin, end = int(self._heads[line]) + skip, int(self._heads[line + 1])
+        stop = self._text.find(b"\n", begin, end)
+        return b" ".join(self._text[begin : end if stop < 0 else stop].split()).decode("utf-8", "replace")
+
     def starting_with(self, keyword: str, *, any_case: bool = False) -> Ints:
         """Return the lines whose first token is a keyword, in small or capital letters if ``any_case``."""
         letters = np.frombuffer(self._text, np.uint8)
