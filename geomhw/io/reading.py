@@ -17,7 +17,7 @@ from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.results import Cloud, Result
 
 #: Formats with a reader of our own, ``formats.read_off`` and so on.
-_OWN = (".off", ".obj", ".ply", ".stl", ".vtk", ".vtp", ".vtu", ".gii", ".freesurfer")
+_OWN = (".off", ".obj", ".ply", ".stl", ".vtk", ".vtp", ".vtu", ".gii", ".freesurfer", ".glb", ".gltf", ".3mf")
 #: Extensions that ``read`` knows.
 READABLE = (*_OWN, *FORMATS)
 
@@ -75,7 +75,7 @@ def read(source: str | Path | BinaryIO, extension: str = "") -> Result:
     try:
         return reader(path.name, data)
     except FormatError:
-        if extension != ".gii" or not data.startswith(GZIP):
+        if not data.startswith({".gii": GZIP, ".3mf": b"PK"}.get(extension, b"\0\0none")):
             refuse_strangers(path, data)
         raise
 

@@ -10,13 +10,17 @@ import numpy as np
 from geomhw.errors import FieldError, FormatError
 from geomhw.io.atomic import replacing, why_not_writable
 from geomhw.io.formats import gifti_write
+from geomhw.io.formats.csv_write import row_location, write_table
 from geomhw.io.formats.gifti_write import write_func, write_gii, write_label, write_surface
+from geomhw.io.formats.gltf_write import kept_arrays, write_glb
 from geomhw.io.formats.ply_write import write_ply
 from geomhw.io.formats.vtk_write import write_vtk
 from geomhw.io.formats.vtk_xml_write import write_vtp, write_vtp_cloud, write_vtu
+from geomhw.options import Location
 from geomhw.results import Cloud, Result
 
 _WRITERS = {".vtk": write_vtk, ".vtp": write_vtp, ".vtu": write_vtu, ".ply": write_ply, ".gii": write_gii}
+_WRITERS |= {".glb": write_glb, ".csv": write_table}
 _WRITERS_OF_GIFTI = {".gii": write_gii, ".surf.gii": write_surface, ".func.gii": write_func, ".label.gii": write_label}
 #: Extensions that ``write`` knows.
 WRITABLE = tuple(_WRITERS)
@@ -81,7 +85,21 @@ def writing_remarks(result: Result, path: str | Path) -> list[str]:
     >>> writing_remarks(Result(mesh, [Field("area", "face", mesh.face_areas)]), "ball.gii")
     ['ball.gii is without area (per face), for it holds arrays on vertices']
     """
-    return gifti_write.remarks_on(result, Path(path)) if Path(path).suffix.lower() == ".gii" else []
+    path = Path(path)
+    extension = path.suffix.lower()
+    if extension == ".gii":
+        return gifti_write.remarks_on(result, path)
+    if extension not in (".glb", ".csv"):
+        return []
+    if extension == ".glb":
+        kept, what = [name for name, _ in kept_arrays(result)], "vertices, of four components at most"
+        location: Location = "vertex"
+    else:
+        location = row_location(result)
+        kept, what = [item.name for item in result.fields], "vertices" if location == "vertex" else "faces"
+    left = [f"{f.name} (per {f.location})" for f in result.fields if f.location != location or f.name not in kept]
+    remarks = [f"{path.name} is without {', '.join(left)}, for it holds arrays on {what}"] if left else []
+    return remarks + [f"{path.name} is in single precision, as glTF is"] * (extension == ".glb")
 
 
 def write_stream(result: Result, stream: BinaryIO, extension: str) -> None:

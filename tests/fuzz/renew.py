@@ -20,7 +20,7 @@ from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter, vtkXMLUnstructuredGridWrit
 
 from geomhw.io import SeriesWriter, write, write_checkpoint, write_cloud
 from geomhw.results import Cloud, Field
-from support import neuro_files, obj_files, off_files, ply_files, vtk_files
+from support import neuro_files, obj_files, off_files, ply_files, scene_files, vtk_files
 
 CORPUS = Path(__file__).resolve().parent / "corpus"
 SU2 = """NDIME= 3
@@ -222,6 +222,15 @@ def others() -> None:
         Image.fromarray(pixels).convert(mode).save(_folder("picture") / f"{mode}.png")
 
 
+def scenes() -> None:
+    """Scenes of glTF and 3MF: of trimesh, and made by hand with transforms, strips and parts."""
+    for kind in ("glb", "3mf"):
+        (_folder(kind) / f"trimesh.{kind}").write_bytes(scene_files.of_trimesh(kind))
+    for name, mode in (("triangles", 4), ("strip", 5), ("fan", 6)):
+        (_folder("gltf") / f"{name}.gltf").write_bytes(scene_files.gltf(mode))
+    (_folder("3mf") / "parts.3mf").write_bytes(scene_files.threemf())
+
+
 def neuro() -> None:
     """Files of GIFTI and FreeSurfer in every encoding, as nibabel writes them."""
     values = np.array([0.25, 1, -2, 8], "f4")
@@ -249,5 +258,5 @@ def neuro() -> None:
 
 if __name__ == "__main__":
     shutil.rmtree(CORPUS, ignore_errors=True)
-    for part in (texts, ours, of_vtk, dialects, of_meshio, others, neuro):
+    for part in (texts, ours, of_vtk, dialects, of_meshio, others, neuro, scenes):
         part()

@@ -1,9 +1,12 @@
 from .freesurfer_read import read_freesurfer as read_freesurfer
 from .gifti_read import read_gii as read_gii
+from .gltf_read import read_glb as read_glb
+from .gltf_read import read_gltf as read_gltf
 from .obj_read import read_obj as read_obj
 from .off_read import read_off as read_off
 from .ply_read import read_ply as read_ply
 from .stl_read import read_stl as read_stl
+from .threemf_read import read_3mf as read_3mf
 from .vtk_read import read_vtk as read_vtk
 from .vtk_xml_read import read_vtp as read_vtp
 from .vtk_xml_read import read_vtp_cloud as read_vtp_cloud

@@ -1,0 +1,39 @@
+"""Writer of tables: a row for each vertex, or for each face where no array is on vertices, with place and arrays."""
+
+import csv
+import io
+from typing import BinaryIO
+
+import numpy as np
+
+from geomhw.options import Location
+from geomhw.results import Result
+
+
+def row_location(result: Result) -> Location:
+    """Return what a row of the table stands for."""
+    return "vertex" if any(item.location == "vertex" for item in result.fields) or not result.fields else "face"
+
+
+def write_table(result: Result, stream: BinaryIO) -> None:
+    """Write the columns ``vertex`` or ``face``, ``x``, ``y``, ``z`` and the arrays: ``v_x v_y v_z``, or ``v_0 v_1 ...``.
+
+    Every number reads back to the same value; infinite ones are ``inf``.
+    """
+    location = row_location(result)
+    places = result.mesh.vertices if location == "vertex" else result.mesh.face_centers
+    columns = {location: np.arange(len(places)), **dict(zip("xyz", places.T, strict=True))}
+    for item in result.fields:
+        if item.location != location:
+            continue
+        values = np.asarray(item.values)
+        rows = values.reshape(len(values), -1)
+        ends = "xyz" if rows.shape[1] == 3 else range(rows.shape[1])
+        for end, column in zip(ends, rows.T, strict=True):
+            name = item.name if values.ndim == 1 else f"{item.name}_{end}"
+            columns[name if name not in columns else f"{name}_{len(columns)}"] = column
+    text = io.TextIOWrapper(stream, encoding="utf-8", newline="", write_through=True)
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(columns)
+    writer.writerows(zip(*([repr(v) for v in column.tolist()] for column in columns.values()), strict=True))
+    text.detach()
