@@ -16,7 +16,7 @@ def row_location(result: Result) -> Location:
 
 
 def write_table(result: Result, stream: BinaryIO) -> None:
-    """Write the columns ``vertex`` or ``face``, ``x``, ``y``, ``z`` and the arrays: ``v_x v_y v_z``, or ``v_0 v_1 ...``.
+    """Write the number and place of each row, and its arrays: vectors as ``v_x v_y v_z``, others as ``v_0 v_1 ...``.
 
     Every number reads back to the same value; infinite ones are ``inf``.
     """

@@ -1,4 +1,4 @@
-"""Writer of binary glTF 2.0: the triangles, vertex colors of the array that viewers show first, and all arrays on vertices.
+"""Writer of binary glTF 2.0: triangles, vertex colors of the array that viewers show first, all arrays on vertices.
 
 glTF has single precision and no arrays on faces.
 """
@@ -29,9 +29,11 @@ def write_glb(result: Result, stream: BinaryIO) -> None:
             attributes["COLOR_0"] = colors.astype("<f4")
         for name, values in kept_arrays(result):
             attributes[_key(name, attributes)] = values.astype("<f4")
-    blobs, views, accessors = [], [], []
+    blobs: list[bytes] = []
+    views: list[dict[str, int]] = []
+    accessors: list[dict[str, Any]] = []
     for key, values in [*attributes.items(), ("", mesh.faces.astype("<u4").ravel())]:
-        begin = sum(map(len, blobs))
+        begin = sum(len(blob) for blob in blobs)
         blobs.append(np.ascontiguousarray(values).tobytes())
         target = _ARRAY_BUFFER if key else _INDICES
         views.append({"buffer": 0, "byteOffset": begin, "byteLength": len(blobs[-1]), "target": target})
@@ -53,7 +55,7 @@ def write_glb(result: Result, stream: BinaryIO) -> None:
         "materials": [{"pbrMetallicRoughness": surface, "doubleSided": True}],
         "accessors": accessors,
         "bufferViews": views,
-        "buffers": [{"byteLength": sum(map(len, blobs))}],
+        "buffers": [{"byteLength": sum(len(blob) for blob in blobs)}],
     }
     text = json.dumps(tree, separators=(",", ":")).encode()
     text += b" " * (-len(text) % 4)
@@ -68,7 +70,7 @@ def kept_arrays(result: Result) -> list[tuple[str, NDArray[Any]]]:
 
 
 def vertex_colors(result: Result) -> Floats | None:
-    """Return (n, 3) or (n, 4) numbers from 0 to 1: the array ``color``, or that of viewers by a color map; None without.
+    """Return (n, 3) or (n, 4) numbers from 0 to 1: the array ``color``, or another one by a color map; None without.
 
     Colors of glTF are linear, so those of the color map are converted from sRGB.
     """
@@ -85,11 +87,7 @@ def vertex_colors(result: Result) -> Floats | None:
     finite = np.isfinite(values)
     low, high = (values[finite].min(), values[finite].max()) if finite.any() else (0.0, 0.0)
     with np.errstate(all="ignore"):
-        share = (
-            np.where(finite, (values / 2 - low / 2) / (high / 2 - low / 2), 0.5)
-            if high > low
-            else np.full(len(values), 0.5)
-        )
+        share = np.where(finite & (high > low), (values / 2 - low / 2) / (high / 2 - low / 2), 0.5)
     colors = matplotlib.colormaps["viridis"](share)[:, :3]
     linear = np.where(colors <= 0.04045, colors / 12.92, ((colors + 0.055) / 1.055) ** 2.4)
     return np.where(finite[:, None], linear, _GRAY)
