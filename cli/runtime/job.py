@@ -145,6 +145,9 @@ class Job:
             writer(result, self.outputs)
         self.remarks += [f"note: {remark}" for path in self.outputs for remark in writing_remarks(result, path)]
         self.written += map(str, [*self.outputs, *(path for path, _ in others)])
+        if writer is write_outputs:
+            self.remarks += [f"note: {remark}" for path in self.outputs for remark in writing_remarks(result, path)]
+        self.written += map(str, self.outputs)
         if self.pictures and self.pictures.page:
             with self.stage("page"), self.telling_written([str(self.pictures.page)]):
                 frame, clouds = (Result(mesh), {"curves": result}) if mesh else (result, self._streamlines(result))

@@ -4,10 +4,12 @@ from collections.abc import Sequence
 from typing import get_args
 
 import numpy as np
+from numpy.typing import NDArray
 
 from geomhw.arrays import Floats, Ints
-from geomhw.errors import ArgumentError
+from geomhw.errors import ArgumentError, FieldError
 from geomhw.geodesic.exact import ExactDistance
+from geomhw.mesh.surface_points import region_points
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.options import OverlapName
 
@@ -70,3 +72,41 @@ def geodesic_disks(
     weights = np.where(inside, np.exp(-0.5 * (np.where(inside, distances, 0) / sigma) ** 2), 0.0)
     total = weights.sum(axis=0)
     return np.asarray(np.divide(weights, total, out=np.zeros_like(weights), where=total > 0))
+
+
+def signed_distance(mesh: TriangleMesh, inside: NDArray[np.bool_]) -> Floats:
+    """Compute the exact geodesic distance to a region, negative within it.
+
+    Parameters
+    ----------
+    mesh
+        The surface.
+    inside
+        (n,) mask of the vertices of the region. Faces with all corners in it, or all outside, are filled.
+
+    Returns
+    -------
+    (n,) array, units length: outside, the distance to the region; inside, minus the distance to what is outside. It
+    changes its sign in the middle of the faces between the two.
+
+    Raises
+    ------
+    FieldError
+        If no vertex of the surface is inside, or none is outside.
+
+    Examples
+    --------
+    >>> from geomhw.mesh import strip
+    >>> mesh = strip(4)
+    >>> signed_distance(mesh, mesh.vertices[:, 0] < 1.5)[mesh.vertices[:, 1] == 0].round(2).tolist()
+    [-2.0, -1.0, 1.0, 2.0, 3.0]
+    """
+    used = np.ones(mesh.n_vertices, dtype=bool)
+    used[mesh.unreferenced_vertices] = False
+    exact, distances = ExactDistance(mesh), []
+    for part, where in ((inside & used, "inside"), (~inside & used, "outside")):
+        if not part.any():
+            raise FieldError(f"no vertex of the surface is {where} of the region")
+        distances.append(np.asarray(exact.from_sources(region_points(mesh, np.flatnonzero(part)))["distance"]))
+    with np.errstate(invalid="ignore"):
+        return np.where(used, distances[0] - distances[1], np.inf)

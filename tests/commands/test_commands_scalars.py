@@ -71,6 +71,8 @@ def test_gradient_extrema_and_rois() -> None:
     report = json.loads(run("rois", "ball.off", *line).stdout)
     np.testing.assert_allclose(report["rois"][0]["area"], 2 * np.pi * (1 - np.cos(0.6)), rtol=0.15)
     assert read("r.vtp")["roi_9"].sum() == pytest.approx(1)
+    assert run("rois", "ball.off", "--signed", "arrays.func.gii:side", "-o", "d.vtp", "--no-png").exit_code == 0
+    assert ((read("d.vtp")["signed_distance"] < 0) == (X > 0)).all()
 
 
 @pytest.mark.usefixtures("files")
@@ -102,6 +104,8 @@ def test_thresholds_and_edges_of_masks(threshold: list[str]) -> None:
         ("gradient ball.off --array v.npy", 1, "3 components"),
         ("extrema one.vtp --distance -1", 2, "--distance"),
         ("rois ball.off --radius 1", 2, "--center"),
+        ("rois ball.off --radius 1 --signed arrays.func.gii:side", 2, "--signed"),
+        ("rois ball.off --signed v.npy", 1, "one number per vertex"),
         ("rois ball.off --radius 1 --center face:3", 2, "vertex"),
     ],
 )

@@ -5,11 +5,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from geomhw.errors import ArgumentError
+from geomhw.errors import ArgumentError, FieldError
 from geomhw.geodesic import ExactDistance
 from geomhw.mesh import TriangleMesh, grid, icosphere, torus
 from geomhw.options import OverlapName
-from geomhw.scalars import HeatSmoothing, geodesic_disks, local_extrema, smooth
+from geomhw.scalars import HeatSmoothing, geodesic_disks, local_extrema, signed_distance, smooth
 
 BALL, TORUS, PLANE = icosphere(3), torus(24, 16), grid(12, 9)
 
@@ -110,3 +110,14 @@ def test_disks_refuse_impossible_weights() -> None:
         geodesic_disks(PLANE, [0], 1, 0.0)
     with pytest.raises(ArgumentError, match="overlap"):
         geodesic_disks(PLANE, [0], 1, overlap="never")  # type: ignore[arg-type]
+
+
+def test_signed_distance_against_both_sides() -> None:
+    """Outside it is the distance to the region, inside the negative distance to the rest."""
+    inside = PLANE.vertices[:, 0] < 0.45
+    found = signed_distance(PLANE, inside)
+    x = PLANE.vertices[:, 0]
+    np.testing.assert_allclose(found, np.where(inside, x - x[~inside].min(), x - x[inside].max()), atol=1e-12)
+    np.testing.assert_allclose(signed_distance(PLANE, ~inside), -found, atol=1e-12)
+    with pytest.raises(FieldError, match="outside"):
+        signed_distance(PLANE, np.ones(PLANE.n_vertices, dtype=bool))
