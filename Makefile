@@ -9,7 +9,10 @@ RUNS ?= 60000
 SEED ?= 0
 COUNT ?= 100
 
-.PHONY: demo test lint bench golden fuzz attack clean
+# Interpreters in which `make check-install` installs the package.
+PYTHONS ?= $(foreach v,3.10 3.11 3.12 3.13 3.14,$(shell command -v python$(v) 2>/dev/null))
+
+.PHONY: demo test lint bench golden fuzz attack man check-install clean
 
 # Runs the main job: geodesic distance on the creature of data/, as VTK and PNG.
 demo: $(VENV)/.installed
@@ -52,6 +55,20 @@ fuzz: $(VENV)/.fuzzing
 # Random meshes, signals, two runs at once, damaged states and hostile files for some minutes; make attack COUNT=1000.
 attack: $(VENV)/.developing
 	cd tests && $(abspath $(BIN))/python -m attack.run --seed $(SEED) --count $(COUNT)
+
+# Man pages from the commands, to build/man; for man to find them: MANPATH=$PWD/build: or a copy in share/man/man1.
+man: $(VENV)/.installed
+	$(BIN)/python examples/reference/man_pages.py build/man/man1
+
+# Builds wheel and sdist, installs each in a clean environment of each Python, and runs the job of `make demo` there.
+check-install: $(VENV)/.developing
+	rm -rf build/install && mkdir -p build/install
+	$(BIN)/python -m build --outdir build/install . >build/install/build.log
+	set -e; for python in $(PYTHONS); do for built in build/install/*.whl build/install/*.tar.gz; do \
+	  echo "$$python $$built"; rm -rf build/install/venv; $$python -m venv build/install/venv; \
+	  build/install/venv/bin/python -m pip install --quiet --disable-pip-version-check $$built; \
+	  (cd build/install && venv/bin/geomhw geodesic ../../data/creature.obj -o creature.vtk --png creature.png --quiet); \
+	done; done
 
 clean:
 	rm -rf $(VENV) $(BENCH) $(DEMO) build dist *.egg-info

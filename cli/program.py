@@ -16,6 +16,7 @@ from geomhw_cli.batch import batch
 from geomhw_cli.bracket import bracket
 from geomhw_cli.center import center
 from geomhw_cli.compare import compare
+from geomhw_cli.completion import completion
 from geomhw_cli.derive import derive
 from geomhw_cli.design import design
 from geomhw_cli.extrema import extrema
@@ -124,8 +125,8 @@ def program() -> None:
     GEOMHW_GEODESIC_ROBUST=1; the command line overrides them.
 
     \b
-    Completion by the Tab key in bash:
-      eval "$(_GEOMHW_COMPLETE=bash_source geomhw)"
+    Completion by the Tab key, also in zsh and fish:
+      geomhw completion bash --install
     """
 
 
@@ -135,6 +136,7 @@ for command in (
     bracket,
     center,
     compare,
+    completion,
     derive,
     design,
     extrema,
