@@ -10,7 +10,7 @@ SEED ?= 0
 COUNT ?= 100
 
 # Interpreters in which `make check-install` installs the package.
-PYTHONS ?= $(foreach v,3.10 3.11 3.12 3.13 3.14,$(shell command -v python$(v) 2>/dev/null))
+PYTHONS ?= $(foreach v,3.10 3.11 3.12 3.13 3.14,$(shell python$(v) -c "import sys; print(sys.executable)" 2>/dev/null))
 
 .PHONY: demo test lint bench golden fuzz attack man check-install clean
 

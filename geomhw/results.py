@@ -148,6 +148,46 @@ class Result:
         cells = [("triangle", self.mesh.faces.copy())]
         return meshio.Mesh(self.mesh.vertices.copy(), cells, data["vertex"], data["face"], data["mesh"])
 
+    def to_trimesh(self) -> Any:
+        """Convert to a trimesh.Trimesh with the same order of vertices and faces, none of them merged.
+
+        Fields are its ``vertex_attributes``, ``face_attributes`` and, for the whole mesh, ``metadata``.
+        """
+        import trimesh
+
+        surface = trimesh.Trimesh(self.mesh.vertices.copy(), self.mesh.faces.copy(), process=False)
+        places = {"vertex": surface.vertex_attributes, "face": surface.face_attributes, "mesh": surface.metadata}
+        for item in self.fields:
+            places[item.location][item.name] = np.array(item.values)
+        return surface
+
+    def to_pandas(self, location: Location = "vertex") -> Any:
+        """Convert the fields of one location to a pandas.DataFrame, a row for each vertex or face.
+
+        Vectors ``v`` become the columns ``v_x v_y v_z``, other arrays of several components ``v_0 v_1 ...``.
+        """
+        import pandas
+
+        columns: dict[str, Any] = {}
+        for item in self.fields:
+            if item.location == location:
+                columns |= named_columns(item)
+        return pandas.DataFrame(columns)
+
+    def plot(self, name: str | None = None, **settings: Any) -> Any:
+        """Show a field on the surface with pyvista, in a window or a notebook.
+
+        Parameters
+        ----------
+        name
+            The field; by default the one that answers the question of the method, else the first scalar.
+        settings
+            Of ``pyvista.PolyData.plot``, such as ``cmap="viridis"`` or ``off_screen=True``.
+        """
+        scalars = sorted((f for f in self.fields if np.ndim(f.values) == 1), key=lambda f: answer_rank(f.name))
+        chosen = name or next((field.name for field in scalars if field.location != "mesh"), None)
+        return self.to_pyvista().plot(scalars=chosen, **settings)
+
 
 @dataclass(frozen=True, repr=False)
 class Cloud:
@@ -220,6 +260,16 @@ def point_cloud(mesh: TriangleMesh, points: SurfacePoints, fields: Sequence[Fiel
     faces[at], weights[at] = first // 3, np.eye(3)[first % 3]
     named = [Field("vertex", "vertex", vertex.astype(np.int32)), Field("face", "vertex", faces.astype(np.int32))]
     return Cloud(points.positions(mesh), [*named, Field("barycentric", "vertex", weights), *fields])
+
+
+def named_columns(item: Field) -> dict[str, Any]:
+    """Return the components of a field by name: ``v_x v_y v_z`` for three, ``v_0 v_1 ...`` for another number."""
+    values = np.asarray(item.values)
+    if values.ndim == 1:
+        return {item.name: values}
+    rows = values.reshape(len(values), -1)
+    ends = "xyz" if rows.shape[1] == 3 else range(rows.shape[1])
+    return {f"{item.name}_{end}": column for end, column in zip(ends, rows.T, strict=True)}
 
 
 def answer_rank(name: str) -> int:

@@ -102,6 +102,25 @@ class TriangleMesh(PolyhedralSurface):
         return cls(polydata.points, polydata.regular_faces)
 
     @classmethod
+    def from_trimesh(cls, mesh: Any) -> "TriangleMesh":
+        """Build a mesh from a trimesh Trimesh, with its vertices and faces in the same order.
+
+        Raises
+        ------
+        MeshError
+            If the object has no faces, such as a Scene or a PointCloud.
+
+        Examples
+        --------
+        >>> import trimesh
+        >>> TriangleMesh.from_trimesh(trimesh.creation.box())
+        TriangleMesh(8 vertices, 12 faces)
+        """
+        if not hasattr(mesh, "faces"):
+            raise MeshError(f"the {type(mesh).__name__} is no mesh of triangles; a scene has to_mesh() for one")
+        return cls(np.asarray(mesh.vertices), np.asarray(mesh.faces))
+
+    @classmethod
     def from_meshio(cls, mesh: Any) -> "TriangleMesh":
         """Build a mesh from the triangle cells of a meshio Mesh.
 

@@ -11,6 +11,7 @@ from geomhw.errors import MeshError
 from geomhw.mesh.primitives import grid, icosphere
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.results import Cloud, Field, Result
+from support.pictures import needs_opengl
 
 RNG = np.random.default_rng(5)
 
@@ -156,3 +157,44 @@ def test_results_print_themselves() -> None:
     assert lines[-2:] == ["  farthest.vertex = 1234567", "  farthest.distance = 0.333333"]
     cloud = Cloud(np.zeros((2, 3)), [Field("age", "vertex", np.zeros(2))])
     assert repr(cloud).splitlines() == ["Cloud of 2 points", "  age: per vertex, shape (2,)"]
+
+
+def test_trimesh_and_back(mesh: TriangleMesh) -> None:
+    """Vertices, faces and fields go to trimesh and come back to the last bit; a scene is refused."""
+    trimesh = pytest.importorskip("trimesh")
+    result = with_fields(mesh)
+    surface = result.to_trimesh()
+    same_mesh(TriangleMesh.from_trimesh(surface), mesh)
+    places = {"vertex": surface.vertex_attributes, "face": surface.face_attributes, "mesh": surface.metadata}
+    for field in result.fields:
+        np.testing.assert_array_equal(np.asarray(places[field.location][field.name]), field.values)
+    with pytest.raises(MeshError, match="Scene"):
+        TriangleMesh.from_trimesh(trimesh.Scene())
+
+
+def test_tables_of_pandas() -> None:
+    """Columns are named by components, in the types of the fields."""
+    pytest.importorskip("pandas")
+    result = with_fields(grid(2, 2))
+    table = result.to_pandas()
+    assert list(table) == ["heat", "color_x", "color_y", "color_z", "id"]
+    np.testing.assert_array_equal(table["id"], result["id"])
+    assert list(result.to_pandas("face")) == ["velocity_x", "velocity_y", "velocity_z", "label"]
+
+
+@needs_opengl
+def test_plot_shows_the_answer() -> None:
+    """Without a name, the field that answers the question is shown."""
+    ball = icosphere(1)
+    fields = [Field("id", "vertex", np.arange(ball.n_vertices)), Field("distance", "vertex", ball.vertices[:, 2])]
+    result = Result(ball, fields)
+    settings = {
+        "off_screen": True,
+        "return_img": False,
+        "return_cpos": False,
+        "screenshot": True,
+        "window_size": (60, 60),
+    }
+    pictures = [result.plot(name, **settings) for name in (None, "distance", "id")]
+    np.testing.assert_array_equal(pictures[0], pictures[1])
+    assert (np.asarray(pictures[0]) != np.asarray(pictures[2])).any()

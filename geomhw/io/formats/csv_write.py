@@ -7,7 +7,7 @@ from typing import BinaryIO
 import numpy as np
 
 from geomhw.options import Location
-from geomhw.results import Result
+from geomhw.results import Result, named_columns
 
 
 def row_location(result: Result) -> Location:
@@ -26,11 +26,7 @@ def write_table(result: Result, stream: BinaryIO) -> None:
     for item in result.fields:
         if item.location != location:
             continue
-        values = np.asarray(item.values)
-        rows = values.reshape(len(values), -1)
-        ends = "xyz" if rows.shape[1] == 3 else range(rows.shape[1])
-        for end, column in zip(ends, rows.T, strict=True):
-            name = item.name if values.ndim == 1 else f"{item.name}_{end}"
+        for name, column in named_columns(item).items():
             columns[name if name not in columns else f"{name}_{len(columns)}"] = column
     text = io.TextIOWrapper(stream, encoding="utf-8", newline="", write_through=True)
     writer = csv.writer(text, lineterminator="\n")

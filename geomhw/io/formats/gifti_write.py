@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from geomhw.errors import FieldError
 from geomhw.io.formats.xml_tree import UNWRITABLE
-from geomhw.results import Field, Result, answer_rank
+from geomhw.results import Field, Result, answer_rank, named_columns
 
 _HEAD = '<?xml version="1.0" encoding="UTF-8"?>\n<!DOCTYPE GIFTI SYSTEM "http://gifti.projects.nitrc.org/gifti.dtd">\n'
 _TYPES = {"u1": "UINT8", "i4": "INT32", "f4": "FLOAT32"}
@@ -104,11 +104,7 @@ def _maps(result: Result) -> list[_Map]:
     """Every component of the arrays of vertices; vectors ``v`` become ``v_x v_y v_z``, others ``v_0 v_1 ...``."""
     maps = []
     for item in _on_vertices(result):
-        values = np.asarray(item.values)
-        rows = values.reshape(len(values), -1)
-        ends = "xyz" if rows.shape[1] == 3 else range(rows.shape[1])
-        names = [item.name] if values.ndim == 1 else [f"{item.name}_{end}" for end in ends]
-        maps += [(name, "SHAPE", _storable(column)) for name, column in zip(names, rows.T, strict=True)]
+        maps += [(name, "SHAPE", _storable(column)) for name, column in named_columns(item).items()]
     return maps
 
 
