@@ -143,11 +143,9 @@ class Job:
             for path, write in others:
                 write(path)
             writer(result, self.outputs)
-        self.remarks += [f"note: {remark}" for path in self.outputs for remark in writing_remarks(result, path)]
-        self.written += map(str, [*self.outputs, *(path for path, _ in others)])
         if writer is write_outputs:
             self.remarks += [f"note: {remark}" for path in self.outputs for remark in writing_remarks(result, path)]
-        self.written += map(str, self.outputs)
+        self.written += map(str, [*self.outputs, *(path for path, _ in others)])
         if self.pictures and self.pictures.page:
             with self.stage("page"), self.telling_written([str(self.pictures.page)]):
                 frame, clouds = (Result(mesh), {"curves": result}) if mesh else (result, self._streamlines(result))
