@@ -6,9 +6,9 @@ from typing import Any
 
 import click
 
-from geomhw_cli.options import Command, OptionGroup, flag
+from geomhw.options import ShellName
+from geomhw_cli.options import Choice, Command, OptionGroup, flag
 
-SHELLS = ("bash", "zsh", "fish")
 INSTALL = OptionGroup(
     "Output", flag("--install", "Write it to the user's folder for the shell, and say how to use it.")
 )
@@ -17,7 +17,7 @@ INSTALL = OptionGroup(
 @click.command(
     cls=Command,
     groups=(INSTALL,),
-    params=[click.Argument(["shell"], type=click.Choice(SHELLS)), *INSTALL.options],
+    params=[click.Argument(["shell"], type=Choice(ShellName)), *INSTALL.options],
 )
 @click.pass_context
 def completion(context: click.Context, shell: str, install: bool) -> None:

@@ -20,6 +20,8 @@ SignatureName = Literal["hks", "wks"]
 SpectralDistanceName = Literal["biharmonic", "diffusion"]
 #: What happens where geodesic disks meet: they overlap, a vertex is in the nearest one, or in none.
 OverlapName = Literal["allow", "closest", "exclude"]
+#: Shells with completion by the Tab key.
+ShellName = Literal["bash", "zsh", "fish"]
 #: How ``sample`` spreads points over a surface.
 SampleMethod = Literal["farthest", "poisson"]
 #: How geodesic distances are computed: by the heat method, or exactly on the polyhedral surface.
