@@ -191,3 +191,13 @@ def test_commands_take_these_files(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     assert (distance[areas == 2] > 0).all()
     answer = run("geodesic", "a.surf.gii", "--source", "0", "--mask", "a.label.gii:back", "-o", "e.vtp", "--no-png")
     assert answer.exit_code in (0, 1)
+
+
+def test_labels_without_names_get_some(tmp_path: Path) -> None:
+    """Label 0 is a label, -1 is what Workbench knows as unassigned, and is transparent."""
+    write(Result(SQUARE, [Field("cell", "vertex", np.array([0, 1, -1, 1]))]), tmp_path / "a.label.gii")
+    table = nibabel.load(tmp_path / "a.label.gii").labeltable
+    assert table.get_labels_as_dict() == {-1: "???", 0: "label_0", 1: "label_1"}
+    assert [label.alpha for label in table.labels] == [0, 1, 1]
+    write(Result(SQUARE, [Field("cell", "vertex", np.array([1, 1, 2, 1]))]), tmp_path / "b.label.gii")
+    assert nibabel.load(tmp_path / "b.label.gii").labeltable.get_labels_as_dict()[0] == "???"

@@ -22,6 +22,8 @@ _TYPES = {"u1": "UINT8", "i4": "INT32", "f4": "FLOAT32"}
 _LARGEST = 1 << 24
 #: Bytes coded in base64 at a time, a multiple of three.
 _CODED = 3 << 16
+#: Name by which Workbench knows vertices without a label.
+UNASSIGNED = "???"
 #: What Workbench writes where a distance is not reached.
 NOT_REACHED = -1.0
 
@@ -49,12 +51,12 @@ def write_label(result: Result, stream: BinaryIO) -> None:
     fields = [item for item in _on_vertices(result) if _is_label(np.asarray(item.values))]
     if not fields:
         raise FieldError("there is no array of integers on vertices to write as labels")
-    names = {int(key): f"label_{key}" for item in fields for key in np.unique(item.values)} | {-1: "???", 0: "???"}
+    used = {int(key) for item in fields for key in np.unique(item.values)}
+    names = {0: UNASSIGNED} | {key: f"label_{key}" if key != -1 else UNASSIGNED for key in used}
     for item in fields:
         names |= item.labels or {}
-    used = {int(key) for item in fields for key in (*np.unique(item.values), *(item.labels or ()))} | {0}
     arrays = [(item.name, "LABEL", np.asarray(item.values).astype("<i4")) for item in fields]
-    _write(stream, arrays, {key: names[key] for key in sorted(used)})
+    _write(stream, arrays, dict(sorted(names.items())))
 
 
 def remarks_on(result: Result, path: Path) -> list[str]:
@@ -132,17 +134,17 @@ def _is_label(values: NDArray[Any]) -> bool:
 def _write(stream: BinaryIO, maps: Iterable[_Map], labels: dict[int, str] | None = None) -> None:
     maps = list(maps)
     head = f'{_HEAD}<GIFTI Version="1.0" NumberOfDataArrays="{len(maps)}">\n<MetaData/>\n'
-    table = "".join(f"<Label {_color(key)}>{_text(name)}</Label>\n" for key, name in (labels or {}).items())
+    table = "".join(f"<Label {_color(key, name)}>{_text(name)}</Label>\n" for key, name in (labels or {}).items())
     stream.write(f"{head}<LabelTable>\n{table}</LabelTable>\n".encode())
     for item in maps:
         stream.writelines(_data_array(*item))
     stream.write(b"</GIFTI>\n")
 
 
-def _color(key: int) -> str:
-    """The attributes of a label; hues follow each other by the golden ratio, and no label is transparent."""
+def _color(key: int, name: str) -> str:
+    """The attributes of a label; hues follow each other by the golden ratio, and what has no label is transparent."""
     red, green, blue = colorsys.hsv_to_rgb(key * 0.618034 % 1, 0.65, 0.95)
-    alpha = int(key > 0)
+    alpha = int(name != UNASSIGNED)
     return f'Key="{key}" Red="{red:.6f}" Green="{green:.6f}" Blue="{blue:.6f}" Alpha="{alpha}"'
 
 
