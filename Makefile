@@ -12,7 +12,7 @@ COUNT ?= 100
 # Interpreters in which `make check-install` installs the package.
 PYTHONS ?= $(foreach v,3.10 3.11 3.12 3.13 3.14,$(shell python$(v) -c "import sys; print(sys.executable)" 2>/dev/null))
 
-.PHONY: demo test lint bench golden fuzz attack man check-install clean
+.PHONY: demo test lint bench golden fuzz attack docs man check-install clean
 
 # Runs the main job: geodesic distance on the creature of data/, as VTK and PNG.
 demo: $(VENV)/.installed
@@ -55,6 +55,10 @@ fuzz: $(VENV)/.fuzzing
 # Random meshes, signals, two runs at once, damaged states and hostile files for some minutes; make attack COUNT=1000.
 attack: $(VENV)/.developing
 	cd tests && $(abspath $(BIN))/python -m attack.run --seed $(SEED) --count $(COUNT)
+
+# The documentation as a site, build/site/index.html: documents, commands, and the library from its docstrings.
+docs: $(VENV)/.developing
+	$(BIN)/python examples/reference/website.py build/site
 
 # Man pages from the commands, to build/man; for man to find them: MANPATH=$PWD/build: or a copy in share/man/man1.
 man: $(VENV)/.installed
