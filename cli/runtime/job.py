@@ -19,8 +19,7 @@ from geomhw_cli.specs.files import STANDARD, file_stem, read_input, require_writ
 
 if TYPE_CHECKING:
     from geomhw.mesh.triangle_mesh import TriangleMesh
-    from geomhw.results import Cloud, Result
-    from geomhw.results import Field
+    from geomhw.results import Cloud, Field, Result
 
 
 @dataclass
