@@ -100,7 +100,8 @@ def files_of(folder: Path, commands: list[str], environment: dict[str, str]) -> 
         capture_output=True,
     )
     assert answer.returncode == 0, answer.stderr
-    assert answer.stderr == ""
+    # The first run of a machine compiles.
+    assert [line for line in answer.stderr.splitlines() if not line.startswith("compiling loops")] == []
     found = {path.name: path.read_bytes() for path in folder.iterdir()}
     found["stdout.txt"] = without_seconds(found["stdout.txt"])
     shutil.rmtree(folder)

@@ -73,7 +73,7 @@ def test_bash_completes(tmp_path: Path) -> None:
 
 def test_conda_recipe() -> None:
     """The recipe of conda has the version, Python, requirements and entry point of the project."""
-    recipe = (ROOT / "conda" / "meta.yaml").read_text()
+    recipe = (ROOT / "examples" / "install" / "meta.yaml").read_text()
     assert f'version: "{PROJECT["version"]}"' in recipe
     assert f"python {PROJECT['requires-python']}" in recipe
     wanted = set()
@@ -87,7 +87,7 @@ def test_conda_recipe() -> None:
 
 def test_docker_runs_the_job_of_the_demo() -> None:
     """The image runs the command line of ``make demo``, and copies what exists."""
-    docker = (ROOT / "Dockerfile").read_text()
+    docker = (ROOT / "examples" / "install" / "Dockerfile").read_text()
     (job,) = re.findall(r"geomhw (geodesic \S+)", (ROOT / "Makefile").read_text())[:1]
     assert f"geomhw {job}" in docker.partition("CMD")[2]
     for line in re.findall(r"^COPY (.*) \S+$", docker, re.MULTILINE):

@@ -66,7 +66,7 @@ def test_links() -> None:
     listed = (EXAMPLES / "methods" / "README.md").read_text()
     assert {page.name for page in (EXAMPLES / "methods").glob("[!R]*.md")} == set(re.findall(r"\((\w+\.md)\)", listed))
     named = set(re.findall(r"`(\w+)`", listed))
-    others = {"batch", "compare", "info", "merge", "operators", "repair", "view"}
+    others = {"batch", "compare", "completion", "info", "merge", "operators", "repair", "view"}
     assert set(program.commands) - others <= named
 
 
