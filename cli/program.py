@@ -25,6 +25,7 @@ from geomhw_cli.geodesic import geodesic
 from geomhw_cli.gradient import gradient
 from geomhw_cli.helmholtz import helmholtz
 from geomhw_cli.info import info
+from geomhw_cli.isolines import isolines
 from geomhw_cli.killing import killing
 from geomhw_cli.logmap import logmap
 from geomhw_cli.merge import merge
@@ -145,6 +146,7 @@ for command in (
     gradient,
     helmholtz,
     info,
+    isolines,
     killing,
     logmap,
     merge,

@@ -1,6 +1,7 @@
 from .cell_pictures import cells_picture as cells_picture
 from .cell_pictures import samples_picture as samples_picture
 from .curve_pictures import curve_picture as curve_picture
+from .curve_pictures import isoline_picture as isoline_picture
 from .curve_pictures import log_picture as log_picture
 from .direction_picture import direction_picture as direction_picture
 from .field_pictures import bracket_picture as bracket_picture

@@ -7,15 +7,18 @@ import numpy as np
 from geomhw.arrays import Floats
 from geomhw.mesh.surface_points import SurfacePoints
 from geomhw.mesh.triangle_mesh import TriangleMesh
-from geomhw.render.layers import Curves, Panel, Surface
+from geomhw.render.colors import plain_number
+from geomhw.render.layers import Curves, Marker, Panel, Surface
 from geomhw.render.look import AUTOMATIC, Look
 from geomhw.render.panels import Picture, draw
 from geomhw.render.source_marks import FARTHEST_COLOR, SOURCE_COLOR, source_marks
-from geomhw.render.view import choose_view
+from geomhw.render.view import View, choose_view, landmarks
 from geomhw.results import Cloud, Result
 
 #: Curves are dark with a lighter outline, a halo.
 CURVE, HALO = ("#14171c", 3.0), ("#ffffff", 7.0)
+#: Isolines are thinner.
+ISOLINE = ("#14171c", 1.8)
 #: Meshes of at most this number of faces are subdivided for the checkerboard.
 FEW_FACES = 50_000
 #: Squares of the checkerboard from the source to the farthest vertex, and their colors, RGB from 0 to 1.
@@ -56,6 +59,51 @@ def curve_picture(
     view = choose_view(mesh, mesh.faces[np.asarray(curves["face"]), 0].tolist(), look)
     panel = Panel(markers=markers, curves=[*layers, *(curve for _, more in found for curve in more)])
     return draw(mesh, [panel], view=view, look=look)
+
+
+def isoline_picture(mesh: TriangleMesh, values: Floats, curves: Cloud, name: str, look: Look = AUTOMATIC) -> Picture:
+    """Draw isolines, each level with its value, on a surface colored by the function.
+
+    Parameters
+    ----------
+    mesh : TriangleMesh
+    values : (n,) array
+    curves : Cloud
+        Of `Isolines`.
+    name : str
+        Of the function, under the color bar.
+    look : Look
+        View, width and colors.
+
+    Returns
+    -------
+    (height, width, 3) array, uint8
+
+    Raises
+    ------
+    RenderError
+        If there is no OpenGL on this machine.
+    """
+    view = choose_view(mesh, landmarks(mesh, ()), look)
+    lines = Curves(curves.segments, *ISOLINE)
+    surface = Surface(values, label=name)
+    panel = Panel(surface=surface, curves=[lines], markers=_level_labels(mesh, curves, view))
+    return draw(mesh, [panel], view=view, look=look)
+
+
+def _level_labels(mesh: TriangleMesh, curves: Cloud, view: View) -> list[Marker]:
+    """Return a label for each level: on its longest line, where the surface faces the viewer most."""
+    levels, lengths = np.asarray(curves["level"]), np.asarray(curves["length"])
+    path, face = np.asarray(curves["path"]), np.asarray(curves["face"])
+    toward = mesh.face_normals[face] @ view.axes[2]
+    markers = []
+    for level in np.unique(levels):
+        longest = np.flatnonzero(levels == level)[lengths[levels == level].argmax()]
+        points = np.flatnonzero(path == longest)
+        best = points[toward[points].argmax()]
+        text = plain_number(float(level), 4)
+        markers.append(Marker(int(mesh.faces[face[best], 0]), text, CURVE[0], curves.points[best], disc=False))
+    return markers
 
 
 def log_picture(result: Result, look: Look = AUTOMATIC) -> Picture:
