@@ -63,9 +63,9 @@ def level_graph(mesh: TriangleMesh, values: Floats, levels: Floats) -> LevelGrap
     """
     from geomhw.curves.level_regions import link_regions
 
-    kept = np.isfinite(values)[mesh.faces].all(axis=1)
-    kept[mesh.duplicate_faces[:, 0]] = False
-    kept = np.flatnonzero(kept)
+    has_values = np.asarray(np.isfinite(values)[mesh.faces].all(axis=1))
+    has_values[mesh.duplicate_faces[:, 0]] = False
+    kept = np.flatnonzero(has_values)
     faces, of = mesh.faces[kept], mesh.edge_table.of_faces[kept]
     counts = np.bincount(of.ravel(), minlength=mesh.n_edges)
     a, b = mesh.edges.T

@@ -22,7 +22,7 @@ import numpy as np
 from geomhw.arrays import Floats
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.render import annotate
-from geomhw.render.canvas import Box, Canvas
+from geomhw.render.canvas import Box, Canvas, text_width
 from geomhw.render.colors import Shades, plain_number, round_below, shade
 from geomhw.render.flow_lines import styled
 from geomhw.render.layers import Arrows, Marker, Panel, Surface
@@ -195,7 +195,7 @@ class Drawing:
     def _text_at(self, canvas: Canvas, marker: Marker, place: Floats, taken: list[Box]) -> None:
         """Draw the label of a marker centered at a place, unless another one is there."""
         size = float(self.layout.text)
-        half = np.array([annotate.text_width(marker.label, size, bold=True) / 2, 0.6 * size])
+        half = np.array([text_width(marker.label, size, bold=True) / 2, 0.6 * size])
         (left, top), (right, low) = (place - half).tolist(), (place + half).tolist()
         box: Box = (left, top, right, low)
         if not any(annotate.overlap(box, other) for other in taken):
