@@ -39,6 +39,7 @@ from geomhw_cli.runtime.pictures import keep_command_line
 from geomhw_cli.sample import sample
 from geomhw_cli.smooth import smooth
 from geomhw_cli.spectrum import spectrum
+from geomhw_cli.split import split
 from geomhw_cli.streamlines import streamlines
 from geomhw_cli.trace import trace
 from geomhw_cli.vecdiffuse import vecdiffuse
@@ -159,6 +160,7 @@ for command in (
     smooth,
     spectrum,
     streamlines,
+    split,
     trace,
     vecdiffuse,
     view,

@@ -1,6 +1,7 @@
 """Isolines of a piecewise-linear function: ordered polylines with length, and areas where they separate."""
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -63,6 +64,11 @@ class Isolines:
     def enclosed_areas(self) -> Floats:
         """Area of the smaller side of each line, (p,); NaN if it does not separate."""
         return np.asarray(self.areas.min(axis=1))
+
+    @property
+    def curves(self) -> list[tuple[Ints, Floats]]:
+        """Faces and weights of each line, as of `geomhw.mesh.insert_curves`."""
+        return [(self.faces[a:b], self.weights[a:b]) for a, b in pairwise(self.starts.tolist())]
 
     def cloud(self) -> Cloud:
         """Return the lines as polylines.

@@ -1,4 +1,5 @@
 from .cell_pictures import cells_picture as cells_picture
+from .cell_pictures import pieces_picture as pieces_picture
 from .cell_pictures import samples_picture as samples_picture
 from .curve_pictures import curve_picture as curve_picture
 from .curve_pictures import isoline_picture as isoline_picture

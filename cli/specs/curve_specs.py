@@ -1,0 +1,148 @@
+"""Curves on a mesh as written on the command line: a file of polylines, ``boundary``, ``edges:angle>40``, a border."""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from geomhw.errors import FieldError
+from geomhw_cli.specs.numbers import excerpt
+
+if TYPE_CHECKING:
+    from geomhw.arrays import Floats, Ints
+    from geomhw.geodesic.surface_path import SurfacePath
+    from geomhw.mesh.triangle_mesh import TriangleMesh
+
+CURVE_HELP = (
+    "a file of polylines on or near the surface: .vtp, .obj with l elements, .csv with the columns x, y, z and for "
+    "several curves path; boundary (all boundary loops), edges:angle>40 (edges at which faces meet at this angle in "
+    "degrees), or border:FILE:ARRAY (edges between faces, or round vertices, of different labels)"
+)
+_EDGES = re.compile(r"edges:angle>(\d+\.?\d*|\.\d+)")
+
+
+@dataclass(frozen=True)
+class CurvesOnMesh:
+    """Curves of one spec.
+
+    paths: polylines. edges: indices of edges of the mesh, without order. distance: of the given points from the
+    surface, at most.
+    """
+
+    paths: "Sequence[SurfacePath]"
+    edges: "Ints"
+    distance: float = 0.0
+
+    @property
+    def curves(self) -> "list[tuple[Ints, Floats]]":
+        """Faces and weights of the polylines, as of `insert_curves`."""
+        return [(path.faces, path.weights) for path in self.paths]
+
+
+def curve_files(text: str) -> list[Path]:
+    """The file that a curve is read from."""
+    from geomhw.io import field_file
+
+    text = text.strip()
+    if text == "boundary" or text.startswith("edges:"):
+        return []
+    if text.startswith("border:"):
+        return [field_file(text.removeprefix("border:"))]
+    return [Path(text.removeprefix("curve:"))]
+
+
+def curves_on(mesh: "TriangleMesh", text: str, remarks: list[str]) -> CurvesOnMesh:
+    """Find the curves of a spec on a mesh. remarks: takes a line on the distance of a file's points."""
+    import numpy as np
+
+    text, none = text.strip(), np.empty(0, dtype=np.int64)
+    if text == "boundary":
+        edges = np.flatnonzero(mesh.edge_table.face_counts == 1)
+        if not len(edges):
+            raise FieldError("the mesh has no boundary; name another curve")
+        return CurvesOnMesh([], edges)
+    if text.startswith("edges:"):
+        return CurvesOnMesh([], _feature_edges(mesh, text))
+    if text.startswith("border:"):
+        return CurvesOnMesh([], _border_edges(mesh, text.removeprefix("border:")))
+    return _from_file(mesh, Path(text.removeprefix("curve:")), remarks, none)
+
+
+def _from_file(mesh: "TriangleMesh", path: Path, remarks: list[str], none: "Ints") -> CurvesOnMesh:
+    """Trace the polylines of a file."""
+    import numpy as np
+
+    from geomhw.curves.traced import curve_through_faces, trace_polyline
+    from geomhw.io import read_polylines
+
+    cloud = read_polylines(path)
+    assert cloud.lines is not None
+    columns = {field.name: field.values for field in cloud.fields}
+    count = len(cloud.lines) - 1
+    traced = []
+    known = "face" in columns and "barycentric" in columns and _match(mesh, cloud.points, columns)
+    for k in range(count):
+        at = slice(int(cloud.lines[k]), int(cloud.lines[k + 1]))
+        name = f"{path.name}" if count == 1 else f"curve {k} of {path.name}"
+        if known:
+            faces, weights = np.asarray(columns["face"])[at].astype(np.int64), np.asarray(columns["barycentric"])[at]
+            traced.append(curve_through_faces(mesh, faces, weights, name))
+        else:
+            traced.append(trace_polyline(mesh, cloud.points[at], name))
+    distance = max(item.distance for item in traced)
+    if distance > 1e-6 * float(np.ptp(mesh.vertices[mesh.faces].reshape(-1, 3), axis=0).max()):
+        remarks.append(f"note: points of {path.name} are up to {distance:.4g} from the surface, to which they move")
+    return CurvesOnMesh([item.path for item in traced], none, distance)
+
+
+def _match(mesh: "TriangleMesh", points: "Floats", columns: "dict[str, Floats | Ints]") -> bool:
+    """Whether faces and barycentric coordinates of a file are those of its points on this mesh."""
+    import numpy as np
+
+    face, weights = np.asarray(columns["face"]), np.asarray(columns["barycentric"], dtype=float)
+    if not np.isin(face, np.arange(mesh.n_faces)).all() or weights.shape != (len(face), 3) or (weights < 0).any():
+        return False
+    positions = np.einsum("kc,kcx->kx", weights, mesh.vertices[mesh.faces[face.astype(np.int64)]])
+    return bool(np.abs(positions - points).max(initial=0.0) <= 1e-9 * np.abs(mesh.vertices).max())
+
+
+def _feature_edges(mesh: "TriangleMesh", text: str) -> "Ints":
+    """Edges at which the normals of two faces differ by more than an angle."""
+    import click
+    import numpy as np
+
+    from geomhw.mesh.topology import inner_pairs
+
+    found = _EDGES.fullmatch(text)
+    if not found or not float(found[1]) < 180:
+        raise click.UsageError(f"'{excerpt(text)}' names no edges; give edges:angle>DEGREES, such as edges:angle>40.")
+    one, other, same = inner_pairs(mesh.edge_table)
+    normals = mesh.face_normals
+    dots = np.einsum("ex,ex->e", normals[one // 3], normals[other // 3]) * np.where(same, -1, 1)
+    sharp = dots < np.cos(np.radians(float(found[1])))
+    edges = np.unique(mesh.edge_table.of_faces.ravel()[one[sharp]])
+    if not len(edges):
+        raise FieldError(f"no two faces meet at an angle of more than {found[1]} degrees")
+    return edges
+
+
+def _border_edges(mesh: "TriangleMesh", spec: str) -> "Ints":
+    """Edges between faces of different labels; of labels at vertices, a face has that of most of its corners."""
+    import numpy as np
+
+    from geomhw.io import read_field
+    from geomhw.mesh.topology import inner_pairs
+
+    field = read_field(spec, mesh)
+    labels = np.asarray(field.values)
+    if labels.ndim != 1:
+        raise FieldError(f"{spec} is no array of labels; it needs one number per vertex or face")
+    if field.location == "vertex":
+        a, b, c = labels[mesh.faces].T
+        labels = np.where((a == b) | (a == c), a, np.where(b == c, b, np.minimum(np.minimum(a, b), c)))
+    one, other, _ = inner_pairs(mesh.edge_table)
+    edges = np.unique(mesh.edge_table.of_faces.ravel()[one[labels[one // 3] != labels[other // 3]]])
+    if not len(edges):
+        raise FieldError(f"{spec} has one label, so no border")
+    return edges
