@@ -100,8 +100,8 @@ def split(
         edges = np.empty(0, dtype=np.int64)
         exact: dict[str, float] = {}
         for text in levels:
-            lines, field, level = _isolines(mesh, text)
-            found += lines
+            curves_at, field, level = _isolines(mesh, text)
+            found += curves_at
             exact[field.name] = level
             carried = [*(item for item in carried if (item.name, item.location) != (field.name, "vertex")), field]
         for text in curves:
@@ -114,12 +114,10 @@ def split(
         whole = result.result(carried, exact)
     targets = _piece_files(pieces, file_stem(mesh_path), result.n_pieces) if pieces else []
 
-    def write_pieces(_path: Path) -> None:
-        for k, target in enumerate(targets):
-            write(result.piece(k, whole), target)
+    def write_piece(path: Path) -> None:
+        write(result.piece(targets.index(path), whole), path)
 
-    job.write(whole, pieces_picture, beside=[(targets[0], write_pieces)] if targets else [])
-    job.written += map(str, targets[1:])
+    job.write(whole, pieces_picture, beside=[(target, write_piece) for target in targets])
     answers = result.report()
     parts = answers["pieces"]
     lines = [

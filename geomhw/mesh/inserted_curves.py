@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from geomhw.arrays import Floats, Ints
+from geomhw.errors import FieldError
 from geomhw.mesh.inserted_points import Division, InsertedPoints, cross
 from geomhw.mesh.triangle_mesh import TriangleMesh
 
@@ -60,7 +61,7 @@ def insert_curves(mesh: TriangleMesh, curves: Sequence[tuple[Ints, Floats]]) -> 
     Raises
     ------
     FieldError
-        If a point lies inside a face of zero area.
+        If a point lies inside a face of zero area, or a curve passes an edge of zero length.
 
     Examples
     --------
@@ -90,6 +91,9 @@ class _CurveDivision(Division):
 
     def connect(self, face: int, start: int, end: int) -> list[int]:
         """Make the segment between two vertices in a face a chain of edges; return its vertices after the first."""
+        self._parts_of(face)
+        if lost := [v for v in (start, end) if (face, v) not in self._weights]:
+            raise FieldError(f"vertex {lost[0]} and a corner of face {face} lie in one place; join such vertices first")
         chain = []
         while start != end:
             start = self._advance(face, start, end)

@@ -82,9 +82,8 @@ class Division:
         """Return the vertex at a point, which is a new one unless there is one."""
         shares = [(self._shares(face, part, weights), part) for part in self._parts_of(face)]
         share, part = max(shares, key=lambda item: min(item[0]))
-        share = tuple(0.0 if s < ON_EDGE else s for s in share)
-        total = sum(share)
-        at = [(v, s / total) for v, s in zip(part, share, strict=True) if s]
+        total = sum(s for s in share if s >= ON_EDGE)
+        at = [(v, s / total) for v, s in zip(part, share, strict=True) if s >= ON_EDGE]
         if len(at) == 1:
             return at[0][0]
         new = self._mesh.n_vertices + len(self._points)
