@@ -13,11 +13,9 @@ from support.meshes import two_spheres
 from support.program import one_line, run, save_off
 
 BALL = icosphere(3)
-CUBE = TriangleMesh(
-    [[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)],
-    [[0, 1, 3], [0, 3, 2], [4, 7, 5], [4, 6, 7], [0, 5, 1], [0, 4, 5], [2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4]]
-    + [[1, 5, 7], [1, 7, 3]],
-)
+CORNERS = [[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)]
+SIDES = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
+CUBE = TriangleMesh(CORNERS, [half for a, b, c, d in SIDES for half in ([a, b, c], [a, c, d])])
 
 
 @pytest.fixture(autouse=True)

@@ -79,7 +79,7 @@ def test_pieces_of_a_torus() -> None:
 
 
 def test_crossing_curves() -> None:
-    """Curves that cross each other within faces get a vertex there: four pieces of a square, and of a star five tips."""
+    """Curves that cross each other within faces get a vertex there: four pieces of a square, seven with a star."""
     square = grid(3, 3, diagonal="uniform")
     lines = [
         trace_polyline(square, points).path for points in ([[0, 0.4, 0], [1, 0.55, 0]], [[0.45, 0, 0], [0.6, 1, 0]])
