@@ -10,8 +10,9 @@ from geomhw.arrays import Floats, Ints
 from geomhw.errors import FieldError
 from geomhw.geodesic.shortest_paths import ShortestPaths
 from geomhw.geodesic.surface_path import SurfacePath
+from geomhw.mesh.curve_points import curve_points
 from geomhw.mesh.nearest_many import nearest_faces
-from geomhw.mesh.surface_points import SurfacePoints, bounding_box
+from geomhw.mesh.surface_points import bounding_box
 from geomhw.mesh.triangle_mesh import TriangleMesh
 
 #: Distance from the surface, in diagonals of the mesh, beyond which a polyline is no curve on the surface.
@@ -134,22 +135,10 @@ def _shortest(
     """Return the shortest path of each segment between points that share no face."""
     if not apart:
         return {}
-    points = _surface_points(mesh, faces[kept], weights[kept])
+    points = curve_points(mesh, faces[kept], weights[kept])
     begins = np.array(apart)
     parts = mesh.components[points.corners[:, 0]]
     if len(bad := begins[parts[begins] != parts[begins + 1]]):
         raise FieldError(f"points {kept[bad[0]]} and {kept[bad[0] + 1]} of {name} lie on different components")
     found = ShortestPaths(mesh).between(points[begins], points[begins + 1])
     return dict(zip(apart, found, strict=True))
-
-
-def _surface_points(mesh: TriangleMesh, faces: Ints, weights: Floats) -> SurfacePoints:
-    """Return points in faces, of which those at corners are vertices."""
-    corners = mesh.faces[faces].astype(np.int64)
-    at = (weights == 1).any(axis=1)
-    vertex = corners[np.arange(len(faces)), weights.argmax(axis=1)]
-    return SurfacePoints(
-        np.where(at, -1, faces),
-        np.where(at[:, None], vertex[:, None], corners),
-        np.where(at[:, None], [1.0, 0.0, 0.0], weights),
-    )

@@ -1,13 +1,14 @@
 """Curves on a surface as edges of its mesh: faces divided along their segments, the same surface."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from geomhw.arrays import Floats, Ints
 from geomhw.errors import FieldError
 from geomhw.mesh.inserted_points import Division, InsertedPoints, cross
+from geomhw.mesh.surface_points import SurfacePoints, vertex_points
 from geomhw.mesh.triangle_mesh import TriangleMesh
 
 #: Sine of an angle, in barycentric coordinates, up to which a vertex of a part lies on a segment.
@@ -84,6 +85,46 @@ def insert_curves(mesh: TriangleMesh, curves: Sequence[tuple[Ints, Floats]]) -> 
             if recorded:
                 chains.append(np.array(chain))
     return InsertedCurves(division.result([v for corners in vertices for v in corners]), chains)
+
+
+def insert_sources(mesh: TriangleMesh, points: SurfacePoints) -> tuple[TriangleMesh, SurfacePoints, Ints]:
+    """Divide a mesh at points and along the segments between them.
+
+    Returns
+    -------
+    divided : TriangleMesh
+    vertices : SurfacePoints
+        The points as vertices of it; new vertices within a filled region belong to it.
+    halfedges : (h,) integer array
+        3f + k of the sides of faces f, opposite corner k, that the segments consist of.
+    """
+    segments, corners = points.segments, mesh.faces
+    of_point = [dict(zip(c, w, strict=True)) for c, w in zip(points.corners.tolist(), points.weights.tolist(), strict=True)]
+    curves = []
+    for i, j, face in segments.tolist():
+        weights = [[of_point[k].get(v, 0.0) for v in corners[face].tolist()] for k in (i, j)]
+        curves.append((np.array([face, face]), np.array(weights)))
+    inside = points.within_faces
+    alone = [(inside.faces[k : k + 1], inside.weights[k : k + 1]) for k in range(len(inside))]
+    found = insert_curves(mesh, [*curves, *alone])
+    divided, inserted = found.mesh, found.inserted
+    vertices = np.unique(np.concatenate([points.vertices, inserted.vertices]))
+    filled = np.zeros(mesh.n_vertices, dtype=bool)
+    filled[points.filled_vertices] = True
+    new = np.setdiff1d(np.unique(divided.faces), np.arange(mesh.n_vertices))
+    if len(new) and filled.any():
+        names, first = np.unique(divided.faces, return_index=True)
+        face, corner = np.divmod(first[np.searchsorted(names, new)], 3)
+        inner = filled[corners[inserted.parents[face]]] | (inserted.corners[face, corner] == 0)
+        region = np.union1d(np.flatnonzero(filled), new[inner.all(axis=1)])
+    else:
+        region = np.flatnonzero(filled)
+    vertices = np.union1d(vertices, region)
+    chosen = np.zeros(divided.n_edges, dtype=bool)
+    chosen[found.edges] = True
+    halfedges = np.flatnonzero(chosen[divided.edge_table.of_faces.ravel()])
+    sources = replace(vertex_points(divided, vertices), filled=np.isin(vertices, region))
+    return divided, sources, halfedges
 
 
 class _CurveDivision(Division):

@@ -35,6 +35,9 @@ class SurfacePoints:
     filled : (k,) bool array
         Whether each point is a vertex of a filled region, which contains all edges and faces between its vertices. By
         default none is.
+    segments : (s, 3) integer array
+        Segments between points that belong to them: two indices of points and a face that contains both. By default
+        there are none.
 
     Examples
     --------
@@ -48,8 +51,11 @@ class SurfacePoints:
     corners: Ints
     weights: Floats
     filled: Any = None
+    segments: Any = None
 
     def __post_init__(self) -> None:
+        if self.segments is None:
+            object.__setattr__(self, "segments", np.empty((0, 3), dtype=np.int64))
         if self.filled is None:
             object.__setattr__(self, "filled", np.zeros(len(self.faces), dtype=bool))
 
@@ -57,8 +63,24 @@ class SurfacePoints:
         return len(self.faces)
 
     def __getitem__(self, which: Ints) -> "SurfacePoints":
-        """Select points by an index array or a mask."""
-        return SurfacePoints(self.faces[which], self.corners[which], self.weights[which], self.filled[which])
+        """Select points by an index array or a mask, with the segments between them."""
+        segments = self.segments
+        if len(segments):
+            place = np.full(len(self), -1)
+            chosen = np.arange(len(self))[which]
+            place[chosen] = np.arange(len(chosen))
+            ends = place[segments[:, :2]]
+            segments = np.column_stack([ends, segments[:, 2]])[(ends >= 0).all(axis=1)]
+        return SurfacePoints(self.faces[which], self.corners[which], self.weights[which], self.filled[which], segments)
+
+    def unique(self) -> "SurfacePoints":
+        """Return each of equal points once, with all segments of positive length."""
+        first, group = self.distinct()
+        found, segments = self[first], self.segments
+        if len(segments):
+            ends = group[segments[:, :2]]
+            segments = np.column_stack([ends, segments[:, 2]])[ends[:, 0] != ends[:, 1]]
+        return replace(found, segments=segments)
 
     def split(self) -> list["SurfacePoints"]:
         """Return each point on its own."""
@@ -147,7 +169,10 @@ def concatenate(parts: Sequence[SurfacePoints]) -> SurfacePoints:
     if len(parts) == 1:
         return parts[0]
     names = ("faces", "corners", "weights", "filled")
-    return SurfacePoints(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
+    starts = np.cumsum([0, *map(len, parts)])
+    segments = [part.segments + [start, start, 0] for part, start in zip(parts, starts, strict=False)]
+    arrays = (np.concatenate([getattr(part, name) for part in parts]) for name in names)
+    return SurfacePoints(*arrays, np.concatenate(segments))
 
 
 def vertex_points(mesh: TriangleMesh, vertices: Sequence[int] | Ints) -> SurfacePoints:

@@ -1,0 +1,62 @@
+"""Curves on a surface as points and the segments between them."""
+
+import numpy as np
+
+from geomhw.arrays import Floats, Ints
+from geomhw.errors import ArgumentError
+from geomhw.mesh.surface_points import SurfacePoints, vertex_points
+from geomhw.mesh.triangle_mesh import TriangleMesh
+
+
+def curve_points(mesh: TriangleMesh, faces: Ints, weights: Floats) -> SurfacePoints:
+    """Return the points of a polyline and its segments.
+
+    Parameters
+    ----------
+    mesh : TriangleMesh
+    faces, weights : (k,) and (k, 3) arrays
+        Points in barycentric coordinates. Each segment lies in the face of its first point. A last point equal to the
+        first closes the curve.
+
+    Examples
+    --------
+    >>> from geomhw.mesh import grid
+    >>> curve = curve_points(grid(1, 1), np.array([0, 0]), np.array([[0.5, 0.5, 0], [0, 0.5, 0.5]]))
+    >>> len(curve), curve.segments.tolist()
+    (2, [[0, 1, 0]])
+    """
+    corners = mesh.faces[faces].astype(np.int64)
+    at = (weights == 1).any(axis=1)
+    vertex = corners[np.arange(len(faces)), weights.argmax(axis=1)]
+    count = np.arange(len(faces))
+    return SurfacePoints(
+        np.where(at, -1, faces),
+        np.where(at[:, None], vertex[:, None], corners),
+        np.where(at[:, None], [1.0, 0.0, 0.0], weights),
+        segments=np.column_stack([count[:-1], count[1:], faces[:-1]]),
+    )
+
+
+def edge_points(mesh: TriangleMesh, edges: Ints) -> SurfacePoints:
+    """Return the ends of edges, indices into ``mesh.edges``, ascending, and the edges as segments.
+
+    Raises
+    ------
+    ArgumentError
+        If there is no edge.
+
+    Examples
+    --------
+    >>> from geomhw.mesh import grid
+    >>> edge_points(grid(1, 1), np.array([0])).segments[:, :2].tolist()
+    [[0, 1]]
+    """
+    if not len(edges):
+        raise ArgumentError("there is no edge")
+    vertices, ends = np.unique(mesh.edges[edges], return_inverse=True)
+    face = np.empty(mesh.n_edges, dtype=np.int64)
+    face[mesh.edge_table.of_faces[::-1]] = np.arange(mesh.n_faces)[::-1, None]
+    points = vertex_points(mesh, vertices)
+    return SurfacePoints(
+        points.faces, points.corners, points.weights, segments=np.column_stack([ends.reshape(-1, 2), face[edges]])
+    )
