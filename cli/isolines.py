@@ -180,7 +180,7 @@ def _shares(mesh: "TriangleMesh", between: tuple[str, str], job: Job) -> "Floats
     """The share of the way between two sets of points."""
     from geomhw.curves.isolines import levels_between
 
-    one, other = (SourceSpecs.parse([text]).resolve(mesh, job.remarks) for text in between)
+    one, other = (SourceSpecs.parse([text]).resolve(mesh, job.remarks, curves=True) for text in between)
     shares = levels_between(mesh, one, other)
     _note_left_out(mesh, shares, job)
     return shares

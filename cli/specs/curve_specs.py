@@ -1,8 +1,8 @@
 """Curves on a mesh as written on the command line: a file of polylines, ``boundary``, ``edges:angle>40``, a border."""
 
 import re
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,6 +12,7 @@ from geomhw_cli.specs.numbers import excerpt
 if TYPE_CHECKING:
     from geomhw.arrays import Floats, Ints
     from geomhw.geodesic.surface_path import SurfacePath
+    from geomhw.mesh.surface_points import SurfacePoints
     from geomhw.mesh.triangle_mesh import TriangleMesh
 
 CURVE_HELP = (
@@ -39,24 +40,49 @@ class CurvesOnMesh:
         """Faces and weights of the polylines, as of `insert_curves`."""
         return [(path.faces, path.weights) for path in self.paths]
 
+    def points(self, mesh: "TriangleMesh") -> "SurfacePoints":
+        """Their points and segments, curve by curve."""
+        from geomhw.mesh import curve_points, edge_points
+        from geomhw.mesh.surface_points import concatenate
+
+        parts = [curve_points(mesh, *curve) for curve in self.curves]
+        return concatenate([*parts, *([edge_points(mesh, self.edges)] if len(self.edges) else [])])
+
+
+@dataclass(frozen=True)
+class CurveSpec:
+    """A curve as a source."""
+
+    text: str
+    parts: Mapping[str, str | None] = field(default_factory=dict)
+
+    def resolve(self, mesh: "TriangleMesh", remarks: list[str] | None = None) -> "SurfacePoints":
+        """Find the points and segments of the curve. remarks: as in `curves_on`."""
+        return curves_on(mesh, self.text, [] if remarks is None else remarks).points(mesh)
+
+
+def is_curve(text: str) -> bool:
+    """Whether a source is a curve."""
+    return text.startswith(("curve:", "edges:", "border:"))
+
 
 def curve_files(text: str) -> list[Path]:
     """The file that a curve is read from."""
     from geomhw.io import field_file
 
-    text = text.strip()
+    text = text.strip().removeprefix("curve:")
     if text == "boundary" or text.startswith("edges:"):
         return []
     if text.startswith("border:"):
         return [field_file(text.removeprefix("border:"))]
-    return [Path(text.removeprefix("curve:"))]
+    return [Path(text)]
 
 
 def curves_on(mesh: "TriangleMesh", text: str, remarks: list[str]) -> CurvesOnMesh:
     """Find the curves of a spec on a mesh. remarks: takes a line on the distance of a file's points."""
     import numpy as np
 
-    text, none = text.strip(), np.empty(0, dtype=np.int64)
+    text, none = text.strip().removeprefix("curve:"), np.empty(0, dtype=np.int64)
     if text == "boundary":
         edges = np.flatnonzero(mesh.edge_table.face_counts == 1)
         if not len(edges):
@@ -66,15 +92,16 @@ def curves_on(mesh: "TriangleMesh", text: str, remarks: list[str]) -> CurvesOnMe
         return CurvesOnMesh([], _feature_edges(mesh, text))
     if text.startswith("border:"):
         return CurvesOnMesh([], _border_edges(mesh, text.removeprefix("border:")))
-    return _from_file(mesh, Path(text.removeprefix("curve:")), remarks, none)
+    return _from_file(mesh, Path(text), remarks, none)
 
 
 def _from_file(mesh: "TriangleMesh", path: Path, remarks: list[str], none: "Ints") -> CurvesOnMesh:
     """Trace the polylines of a file."""
     import numpy as np
 
-    from geomhw.curves.traced import curve_through_faces, trace_polyline
+    from geomhw.curves.traced import trace_points, trace_polyline
     from geomhw.io import read_polylines
+    from geomhw.mesh.surface_points import face_points
 
     cloud = read_polylines(path)
     assert cloud.lines is not None
@@ -87,7 +114,7 @@ def _from_file(mesh: "TriangleMesh", path: Path, remarks: list[str], none: "Ints
         name = f"{path.name}" if count == 1 else f"curve {k} of {path.name}"
         if known:
             faces, weights = np.asarray(columns["face"])[at].astype(np.int64), np.asarray(columns["barycentric"])[at]
-            traced.append(curve_through_faces(mesh, faces, weights, name))
+            traced.append(trace_points(mesh, face_points(mesh, faces, weights), name))
         else:
             traced.append(trace_polyline(mesh, cloud.points[at], name))
     distance = max(item.distance for item in traced)
@@ -134,11 +161,11 @@ def _border_edges(mesh: "TriangleMesh", spec: str) -> "Ints":
     from geomhw.io import read_field
     from geomhw.mesh.topology import inner_pairs
 
-    field = read_field(spec, mesh)
-    labels = np.asarray(field.values)
+    array = read_field(spec, mesh)
+    labels = np.asarray(array.values)
     if labels.ndim != 1:
         raise FieldError(f"{spec} is no array of labels; it needs one number per vertex or face")
-    if field.location == "vertex":
+    if array.location == "vertex":
         a, b, c = labels[mesh.faces].T
         labels = np.where((a == b) | (a == c), a, np.where(b == c, b, np.minimum(np.minimum(a, b), c)))
     one, other, _ = inner_pairs(mesh.edge_table)

@@ -4,5 +4,5 @@ from .isolines import levels_between as levels_between
 from .split import SplitMesh as SplitMesh
 from .split import split_mesh as split_mesh
 from .traced import TracedCurve as TracedCurve
-from .traced import curve_through_faces as curve_through_faces
+from .traced import trace_points as trace_points
 from .traced import trace_polyline as trace_polyline

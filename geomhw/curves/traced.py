@@ -6,13 +6,12 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike
 
-from geomhw.arrays import Floats, Ints
 from geomhw.errors import FieldError
 from geomhw.geodesic.shortest_paths import ShortestPaths
 from geomhw.geodesic.surface_path import SurfacePath
-from geomhw.mesh.curve_points import curve_points
-from geomhw.mesh.nearest_many import nearest_faces
-from geomhw.mesh.surface_points import bounding_box
+from geomhw.mesh.geometry import lengths
+from geomhw.mesh.nearest import bounding_box, nearest_points
+from geomhw.mesh.surface_points import SurfacePoints
 from geomhw.mesh.triangle_mesh import TriangleMesh
 
 #: Distance from the surface, in diagonals of the mesh, beyond which a polyline is no curve on the surface.
@@ -64,37 +63,30 @@ def trace_polyline(mesh: TriangleMesh, points: ArrayLike, name: str = "the curve
     0.8
     """
     places = np.asarray(points, dtype=float).reshape(-1, 3)
-    faces, weights, distances = nearest_faces(mesh, places)
+    if not len(places):
+        raise FieldError(f"{name} has no point")
+    found = nearest_points(mesh, places)
+    distances = lengths(found.positions(mesh) - places)
     low, high = bounding_box(mesh)
-    diagonal = float(np.linalg.norm(high - low))
-    worst = int(distances.argmax()) if len(distances) else 0
-    if len(distances) and distances[worst] > FARTHEST * diagonal:
+    diagonal, worst = float(np.linalg.norm(high - low)), int(distances.argmax())
+    if distances[worst] > FARTHEST * diagonal:
         raise FieldError(
             f"point {worst} of {name} is {distances[worst]:.4g} from the surface, {distances[worst] / diagonal:.2g} "
             "diagonals of the mesh; a curve lies on the surface or near it"
         )
-    path = _joined(mesh, faces, weights, name)
-    return TracedCurve(path, float(distances.max()))
+    return TracedCurve(_joined(mesh, found, name), float(distances[worst]))
 
 
-def curve_through_faces(mesh: TriangleMesh, faces: Ints, weights: Floats, name: str = "the curve") -> TracedCurve:
-    """Return the curve through points in barycentric coordinates, (k,) and (k, 3); as `trace_polyline`."""
-    return TracedCurve(_joined(mesh, faces, weights, name), 0.0)
+def trace_points(mesh: TriangleMesh, points: SurfacePoints, name: str = "the curve") -> TracedCurve:
+    """Return the curve through points of the surface; consecutive ones are joined as in `trace_polyline`."""
+    return TracedCurve(_joined(mesh, points, name), 0.0)
 
 
-def _joined(mesh: TriangleMesh, faces: Ints, weights: Floats, name: str) -> SurfacePath:
+def _joined(mesh: TriangleMesh, points: SurfacePoints, name: str) -> SurfacePath:
     """Return the curve through points, consecutive ones of which are joined in a face or by a shortest path."""
     order = np.argsort(mesh.faces, axis=None, kind="stable")
     starts = np.searchsorted(mesh.faces.ravel()[order], np.arange(mesh.n_vertices + 1))
-    corners = mesh.faces.tolist() if len(faces) > mesh.n_faces else None
-
-    def of(face: int) -> list[int]:
-        return corners[face] if corners else mesh.faces[face].tolist()
-
-    places = [
-        {v: w for v, w in zip(of(f), share, strict=True) if w > 0}
-        for f, share in zip(faces.tolist(), weights.tolist(), strict=True)
-    ]
+    places = points.corner_weights()
     kept = [0] if places else []
     for k in range(1, len(places)):
         if places[k] != places[kept[-1]]:
@@ -109,36 +101,35 @@ def _joined(mesh: TriangleMesh, faces: Ints, weights: Floats, name: str) -> Surf
             return -1
         v = next(iter(one))
         around = np.sort(order[starts[v] : starts[v + 1]] // 3).tolist()
-        return next((f for f in around if support <= set(of(f))), -1)
+        return next((f for f in around if support <= set(mesh.faces[f].tolist())), -1)
 
     within = [common(places[i], places[j]) for i, j in pairwise(kept)]
     apart = [k for k, face in enumerate(within) if face < 0]
-    between = _shortest(mesh, faces, weights, kept, apart, name)
+    between = _shortest(mesh, points, kept, apart, name)
     path_faces: list[int] = []
     path_weights: list[list[float]] = []
     for k, face in enumerate(within):
         if face >= 0:
             path_faces.append(face)
-            path_weights.append([places[kept[k]].get(v, 0.0) for v in of(face)])
+            path_weights.append([places[kept[k]].get(v, 0.0) for v in mesh.faces[face].tolist()])
         else:
             path_faces += between[k].faces[:-1].tolist()
             path_weights += between[k].weights[:-1].tolist()
     last = between[len(within) - 1] if within[-1] < 0 else None
     path_faces.append(int(last.faces[-1]) if last else within[-1])
-    end = last.weights[-1].tolist() if last else [places[kept[-1]].get(v, 0.0) for v in of(within[-1])]
+    end = last.weights[-1].tolist() if last else [places[kept[-1]].get(v, 0.0) for v in mesh.faces[within[-1]].tolist()]
     return SurfacePath(mesh, np.array(path_faces), np.array([*path_weights, end]))
 
 
 def _shortest(
-    mesh: TriangleMesh, faces: Ints, weights: Floats, kept: list[int], apart: list[int], name: str
+    mesh: TriangleMesh, points: SurfacePoints, kept: list[int], apart: list[int], name: str
 ) -> dict[int, SurfacePath]:
     """Return the shortest path of each segment between points that share no face."""
     if not apart:
         return {}
-    points = curve_points(mesh, faces[kept], weights[kept])
-    begins = np.array(apart)
-    parts = mesh.components[points.corners[:, 0]]
-    if len(bad := begins[parts[begins] != parts[begins + 1]]):
-        raise FieldError(f"points {kept[bad[0]]} and {kept[bad[0] + 1]} of {name} lie on different components")
-    found = ShortestPaths(mesh).between(points[begins], points[begins + 1])
-    return dict(zip(apart, found, strict=True))
+    begins, ends = (points[np.array([kept[k + step] for k in apart])] for step in (0, 1))
+    parts = mesh.components
+    if len(bad := np.flatnonzero(parts[begins.corners[:, 0]] != parts[ends.corners[:, 0]])):
+        k = apart[bad[0]]
+        raise FieldError(f"points {kept[k]} and {kept[k + 1]} of {name} lie on different components")
+    return dict(zip(apart, ShortestPaths(mesh).between(begins, ends), strict=True))

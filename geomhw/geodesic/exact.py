@@ -125,6 +125,10 @@ class ExactDistance:
         report |= {"vertices_beyond" if cut else "unreachable_vertices": far, **self.settings()}
         return Result(self.mesh, [Field("distance", "vertex", distance)], report, sources)
 
+    def from_lines(self, vertices: Ints, halfedges: Ints) -> Floats:
+        """Return the distances from vertices and from edges, sides 3f + k of faces f, (n,)."""
+        return self._solved(vertex_points(self.mesh, vertices), sides=halfedges)[0].distance
+
     def arrivals(self, sources: SurfacePoints, limit: float = inf, targets: Sequence[int] | Ints = ()) -> Arrivals:
         """Return distances as `from_sources` does, with the straight line by which each vertex is reached.
 
@@ -142,8 +146,9 @@ class ExactDistance:
         if not len(sources.segments):
             front, vertices = self._solved(sources, limit, targets)
             return front.distance, vertices
-        n, (divided, points, sides) = self.mesh.n_vertices, insert_sources(self.mesh, sources)
-        front, vertices = ExactDistance(divided)._solved(points, limit, targets, sides)
+        n, found = self.mesh.n_vertices, insert_sources(self.mesh, sources)
+        sides = found.sides(np.arange(len(found.chains)))
+        front, vertices = ExactDistance(found.mesh)._solved(found.sources, limit, targets, sides)
         return front.distance[:n], vertices[vertices < n]
 
     def _solved(

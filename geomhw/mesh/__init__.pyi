@@ -1,4 +1,7 @@
 from .curvature import angle_defects as angle_defects
+from .curve_points import curve_points as curve_points
+from .curve_points import edge_points as edge_points
+from .curve_points import even_samples as even_samples
 from .cut import cut_along_edges as cut_along_edges
 from .cut import cut_at_pinched_vertices as cut_at_pinched_vertices
 from .diagnostics import Finding as Finding
@@ -12,7 +15,6 @@ from .inserted_points import InsertedPoints as InsertedPoints
 from .inserted_points import insert_points as insert_points
 from .nearest import nearest_point as nearest_point
 from .nearest import nearest_points as nearest_points
-from .nearest_many import nearest_faces as nearest_faces
 from .orientation import (
     orientation_cover as orientation_cover,
 )

@@ -60,3 +60,48 @@ def edge_points(mesh: TriangleMesh, edges: Ints) -> SurfacePoints:
     return SurfacePoints(
         points.faces, points.corners, points.weights, segments=np.column_stack([ends.reshape(-1, 2), face[edges]])
     )
+
+
+def even_samples(mesh: TriangleMesh, points: SurfacePoints, spacing: float) -> tuple[SurfacePoints, Floats]:
+    """Return points evenly spread along segments, and the direction of the segment at each.
+
+    Parameters
+    ----------
+    mesh : TriangleMesh
+    points : SurfacePoints
+        With segments; they count one after the other, in their order.
+    spacing : largest distance between neighboring samples, along the segments.
+
+    Returns
+    -------
+    samples : SurfacePoints
+        s points within faces, or on edges.
+    directions : (s, 3) array of unit vectors
+
+    Examples
+    --------
+    >>> from geomhw.mesh import grid
+    >>> samples, along = even_samples(grid(1, 1), edge_points(grid(1, 1), np.array([0])), 0.5)
+    >>> samples.positions(grid(1, 1))[:, 0].tolist(), along[0].tolist()
+    ([0.25, 0.75], [1.0, 0.0, 0.0])
+    """
+    i, j, face = points.segments.T
+    positions = points.positions(mesh)
+    steps = positions[j] - positions[i]
+    length = np.linalg.norm(steps, axis=1)
+    ends = np.cumsum(length)
+    count = int(np.ceil(ends[-1] / spacing))
+    at = (np.arange(count) + 0.5) * (ends[-1] / count)
+    segment = np.minimum(np.searchsorted(ends, at, side="right"), len(ends) - 1)
+    share = 1 - (ends[segment] - at) / length[segment]
+    corners = mesh.faces[face[segment]].astype(np.int64)
+    of_points, rows = points.corner_weights(), corners.tolist()
+
+    def in_faces(ends_of: Ints) -> Floats:
+        """The barycentric coordinates of ends of segments in the faces of these."""
+        found = zip(ends_of[segment].tolist(), rows, strict=True)
+        return np.array([[of_points[p].get(v, 0.0) for v in row] for p, row in found])
+
+    start, end = in_faces(i), in_faces(j)
+    weights = (1 - share)[:, None] * start + share[:, None] * end
+    return SurfacePoints(face[segment], corners, weights), steps[segment] / length[segment][:, None]

@@ -87,44 +87,61 @@ def insert_curves(mesh: TriangleMesh, curves: Sequence[tuple[Ints, Floats]]) -> 
     return InsertedCurves(division.result([v for corners in vertices for v in corners]), chains)
 
 
-def insert_sources(mesh: TriangleMesh, points: SurfacePoints) -> tuple[TriangleMesh, SurfacePoints, Ints]:
-    """Divide a mesh at points and along the segments between them.
+@dataclass(frozen=True, eq=False)
+class InsertedSources:
+    """A mesh divided at points and along the segments between them.
 
-    Returns
-    -------
-    divided : TriangleMesh
-    vertices : SurfacePoints
-        The points as vertices of it; new vertices within a filled region belong to it.
-    halfedges : (h,) integer array
-        3f + k of the sides of faces f, opposite corner k, that the segments consist of.
+    Attributes
+    ----------
+    mesh : TriangleMesh
+    sources : SurfacePoints
+        The points as vertices of it, ascending; new vertices within a filled region belong to it.
+    vertices : (k,) integer array
+        The vertex of each point.
+    chains : list of integer arrays
+        The vertices of each segment.
     """
-    segments, corners = points.segments, mesh.faces
-    of_point = [dict(zip(c, w, strict=True)) for c, w in zip(points.corners.tolist(), points.weights.tolist(), strict=True)]
-    curves = []
-    for i, j, face in segments.tolist():
-        weights = [[of_point[k].get(v, 0.0) for v in corners[face].tolist()] for k in (i, j)]
+
+    mesh: TriangleMesh
+    sources: SurfacePoints
+    vertices: Ints
+    chains: list[Ints]
+
+    def sides(self, segments: Ints) -> Ints:
+        """Return the halfedges 3f + k, ascending, of the sides of faces that some segments consist of."""
+        pairs = [np.stack([self.chains[s][:-1], self.chains[s][1:]], axis=1) for s in segments.tolist()]
+        chosen = np.zeros(self.mesh.n_edges, dtype=bool)
+        chosen[edge_indices(self.mesh, np.concatenate([np.empty((0, 2), dtype=np.int64), *pairs]))] = True
+        return np.flatnonzero(chosen[self.mesh.edge_table.of_faces.ravel()])
+
+
+def insert_sources(mesh: TriangleMesh, points: SurfacePoints) -> InsertedSources:
+    """Divide a mesh at points and along the segments between them; raises as `insert_curves`."""
+    weights_of, curves = points.corner_weights(), []
+    for i, j, face in points.segments.tolist():
+        weights = [[weights_of[k].get(v, 0.0) for v in mesh.faces[face].tolist()] for k in (i, j)]
         curves.append((np.array([face, face]), np.array(weights)))
-    inside = points.within_faces
-    alone = [(inside.faces[k : k + 1], inside.weights[k : k + 1]) for k in range(len(inside))]
+    inside = np.flatnonzero(points.faces >= 0)
+    alone = [(points.faces[k : k + 1], points.weights[k : k + 1]) for k in inside]
     found = insert_curves(mesh, [*curves, *alone])
-    divided, inserted = found.mesh, found.inserted
-    vertices = np.unique(np.concatenate([points.vertices, inserted.vertices]))
+    vertices = points.corners[:, 0].copy()
+    vertices[inside] = found.inserted.vertices[2 * len(curves) :]
+    chains = found.chains[: len(curves)]
+    filled = _filled_vertices(mesh, points, found)
+    sources = np.unique(np.concatenate([vertices, filled, *chains]))
+    named = replace(vertex_points(found.mesh, sources), filled=np.isin(sources, filled))
+    return InsertedSources(found.mesh, named, vertices, chains)
+
+
+def _filled_vertices(mesh: TriangleMesh, points: SurfacePoints, found: InsertedCurves) -> Ints:
+    """Return the vertices of filled regions in a divided mesh: those given, and new ones on their edges and faces."""
     filled = np.zeros(mesh.n_vertices, dtype=bool)
     filled[points.filled_vertices] = True
-    new = np.setdiff1d(np.unique(divided.faces), np.arange(mesh.n_vertices))
-    if len(new) and filled.any():
-        names, first = np.unique(divided.faces, return_index=True)
-        face, corner = np.divmod(first[np.searchsorted(names, new)], 3)
-        inner = filled[corners[inserted.parents[face]]] | (inserted.corners[face, corner] == 0)
-        region = np.union1d(np.flatnonzero(filled), new[inner.all(axis=1)])
-    else:
-        region = np.flatnonzero(filled)
-    vertices = np.union1d(vertices, region)
-    chosen = np.zeros(divided.n_edges, dtype=bool)
-    chosen[found.edges] = True
-    halfedges = np.flatnonzero(chosen[divided.edge_table.of_faces.ravel()])
-    sources = replace(vertex_points(divided, vertices), filled=np.isin(vertices, region))
-    return divided, sources, halfedges
+    names, first = np.unique(found.mesh.faces, return_index=True)
+    new = names >= mesh.n_vertices
+    face, corner = np.divmod(first[new], 3)
+    within = filled[mesh.faces[found.inserted.parents[face]]] | (found.inserted.corners[face, corner] == 0)
+    return np.concatenate([np.flatnonzero(filled), names[new][within.all(axis=1)]])
 
 
 class _CurveDivision(Division):

@@ -105,6 +105,17 @@ class SurfacePoints:
         """Return the coordinates of the points, (k, 3)."""
         return np.asarray(np.einsum("kc,kcx->kx", self.weights, mesh.vertices[self.corners]))
 
+    def corner_weights(self) -> list[dict[int, float]]:
+        """Return the barycentric coordinates of each point that are not zero, by vertex."""
+        rows = zip(self.corners.tolist(), self.weights.tolist(), strict=True)
+        return [{v: w for v, w in zip(corners, weights, strict=True) if w > 0} for corners, weights in rows]
+
+    def groups(self) -> Ints:
+        """Return the number of the curve or point that each point belongs to, (k,); segments join points to curves."""
+        from geomhw.mesh.topology import linked_components
+
+        return linked_components(self.segments[:, 0], self.segments[:, 1], len(self))
+
     def impulse(self, n: int, values: Floats | float = 1.0) -> Floats:
         """Distribute values, (k,), to the corners of their faces: the load vector, (n,), of a sum of Dirac impulses.
 
@@ -139,7 +150,14 @@ class SurfacePoints:
         return ranked[first], group
 
     def report(self) -> list[Any]:
-        """Return the points as plain JSON values: a vertex index, or a face with barycentric coordinates."""
+        """Return the points as plain JSON values: a vertex index, or a face with barycentric coordinates.
+
+        Points that segments join are one entry, a curve with its number of points.
+        """
+        if len(self.segments):
+            first, sizes = np.unique(self.groups(), return_index=True, return_counts=True)[1:]
+            alone = self[first].report()
+            return [name if size == 1 else {"curve": int(size)} for name, size in zip(alone, sizes, strict=True)]
         return [
             int(corners[0]) if face < 0 else {"face": int(face), "barycentric": weights.tolist()}
             for face, corners, weights in zip(self.faces, self.corners, self.weights, strict=True)
@@ -154,6 +172,8 @@ def point_name(reported: Any) -> str:
     """Return an entry of `SurfacePoints.report` as text."""
     if isinstance(reported, int):
         return str(reported)
+    if "curve" in reported:
+        return f"curve of {reported['curve']} points"
     return f"face {reported['face']} ({', '.join(f'{b:.6g}' for b in reported['barycentric'])})"
 
 
@@ -168,11 +188,11 @@ def concatenate(parts: Sequence[SurfacePoints]) -> SurfacePoints:
     """
     if len(parts) == 1:
         return parts[0]
-    names = ("faces", "corners", "weights", "filled")
     starts = np.cumsum([0, *map(len, parts)])
-    segments = [part.segments + [start, start, 0] for part, start in zip(parts, starts, strict=False)]
-    arrays = (np.concatenate([getattr(part, name) for part in parts]) for name in names)
-    return SurfacePoints(*arrays, np.concatenate(segments))
+    segments = [part.segments + np.array([start, start, 0]) for part, start in zip(parts, starts, strict=False)]
+    names = ("faces", "corners", "weights", "filled")
+    faces, corners, weights, filled = (np.concatenate([getattr(part, name) for part in parts]) for name in names)
+    return SurfacePoints(faces, corners, weights, filled, np.concatenate(segments))
 
 
 def vertex_points(mesh: TriangleMesh, vertices: Sequence[int] | Ints) -> SurfacePoints:
