@@ -1,5 +1,6 @@
 """Distances from curves that cross faces, in the plane, on a sphere and on a cylinder."""
 
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -35,7 +36,7 @@ def to_polyline(places: Floats, points: Any) -> Floats:
     """Return the distance in the plane from places to the nearest segment."""
     corners = np.array(points)[:, :2]
     nearest = np.full(len(places), np.inf)
-    for a, b in zip(corners[:-1], corners[1:], strict=True):
+    for a, b in pairwise(corners):
         share = np.clip((places[:, :2] - a) @ (b - a) / ((b - a) @ (b - a)), 0, 1)
         nearest = np.minimum(nearest, np.linalg.norm(a + share[:, None] * (b - a) - places[:, :2], axis=1))
     return nearest
