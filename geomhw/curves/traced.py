@@ -6,6 +6,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike
 
+from geomhw.curves.plane_walk import PlaneWalk, Step
 from geomhw.errors import FieldError
 from geomhw.geodesic.shortest_paths import ShortestPaths
 from geomhw.geodesic.surface_path import SurfacePath
@@ -40,8 +41,8 @@ class TracedCurve:
 def trace_polyline(mesh: TriangleMesh, points: ArrayLike, name: str = "the curve") -> TracedCurve:
     """Project a polyline to a surface.
 
-    Each point moves to the closest point of the surface. Consecutive points in one face are joined within it, others by
-    a shortest path.
+    Each point moves to the closest point of the surface. Consecutive points in one face are joined within it. Those a
+    few faces apart are joined in the plane of both and of the normal, others by a shortest path.
 
     Parameters
     ----------
@@ -83,48 +84,34 @@ def trace_points(mesh: TriangleMesh, points: SurfacePoints, name: str = "the cur
 
 
 def _joined(mesh: TriangleMesh, points: SurfacePoints, name: str) -> SurfacePath:
-    """Return the curve through points, consecutive ones of which are joined in a face or by a shortest path."""
-    order = np.argsort(mesh.faces, axis=None, kind="stable")
-    starts = np.searchsorted(mesh.faces.ravel()[order], np.arange(mesh.n_vertices + 1))
+    """Return the curve through points: consecutive ones are joined in a face, in a plane, or by a shortest path."""
     places = points.corner_weights()
-    kept = [0] if places else []
+    kept = [0]
     for k in range(1, len(places)):
         if places[k] != places[kept[-1]]:
             kept.append(k)
     if len(kept) < 2:
         raise FieldError(f"{name} has one point on the surface; a curve has at least two")
-
-    def common(one: dict[int, float], other: dict[int, float]) -> int:
-        """The lowest face that contains two points, or -1."""
-        support = {*one, *other}
-        if len(support) > 3:
-            return -1
-        v = next(iter(one))
-        around = np.sort(order[starts[v] : starts[v + 1]] // 3).tolist()
-        return next((f for f in around if support <= set(mesh.faces[f].tolist())), -1)
-
-    within = [common(places[i], places[j]) for i, j in pairwise(kept)]
-    apart = [k for k, face in enumerate(within) if face < 0]
-    between = _shortest(mesh, points, kept, apart, name)
-    path_faces: list[int] = []
-    path_weights: list[list[float]] = []
-    for k, face in enumerate(within):
-        if face >= 0:
-            path_faces.append(face)
-            path_weights.append([places[kept[k]].get(v, 0.0) for v in mesh.faces[face].tolist()])
-        else:
-            path_faces += between[k].faces[:-1].tolist()
-            path_weights += between[k].weights[:-1].tolist()
-    last = between[len(within) - 1] if within[-1] < 0 else None
-    path_faces.append(int(last.faces[-1]) if last else within[-1])
-    end = last.weights[-1].tolist() if last else [places[kept[-1]].get(v, 0.0) for v in mesh.faces[within[-1]].tolist()]
-    return SurfacePath(mesh, np.array(path_faces), np.array([*path_weights, end]))
+    walk = PlaneWalk(mesh)
+    parts: list[list[Step]] = []
+    for i, j in pairwise(kept):
+        shared = walk.shared_face(places[i], places[j])
+        parts.append([(shared, places[i])] if shared >= 0 else walk.between(places[i], places[j]))
+    apart = [k for k, part in enumerate(parts) if not part]
+    for k, path in _shortest(mesh, points, kept, apart, name).items():
+        rows = zip(path.faces[:-1].tolist(), path.weights[:-1].tolist(), strict=True)
+        parts[k] = [(f, dict(zip(mesh.faces[f].tolist(), weights, strict=True))) for f, weights in rows]
+    steps = [step for part in parts for step in part]
+    steps.append((steps[-1][0], places[kept[-1]]))
+    faces = np.array([face for face, _ in steps])
+    ends = zip(mesh.faces[faces].tolist(), (place for _, place in steps), strict=True)
+    return SurfacePath(mesh, faces, np.array([[place.get(v, 0.0) for v in corners] for corners, place in ends]))
 
 
 def _shortest(
     mesh: TriangleMesh, points: SurfacePoints, kept: list[int], apart: list[int], name: str
 ) -> dict[int, SurfacePath]:
-    """Return the shortest path of each segment between points that share no face."""
+    """Return the shortest paths of segments between points that share no face."""
     if not apart:
         return {}
     begins, ends = (points[np.array([kept[k + step] for k in apart])] for step in (0, 1))
