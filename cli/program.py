@@ -37,6 +37,7 @@ from geomhw_cli.rois import rois
 from geomhw_cli.runtime import interrupts
 from geomhw_cli.runtime.pictures import keep_command_line
 from geomhw_cli.sample import sample
+from geomhw_cli.signed import signed
 from geomhw_cli.smooth import smooth
 from geomhw_cli.spectrum import spectrum
 from geomhw_cli.split import split
@@ -157,10 +158,11 @@ for command in (
     repair,
     rois,
     sample,
+    signed,
     smooth,
     spectrum,
-    streamlines,
     split,
+    streamlines,
     trace,
     vecdiffuse,
     view,

@@ -107,7 +107,7 @@ def split(
         for text in curves:
             on_mesh = curves_on(mesh, text, job.remarks)
             found += on_mesh.curves
-            edges = np.union1d(edges, on_mesh.edges)
+            edges = np.union1d(edges, on_mesh.edges(mesh))
         if len(levels) > 1:
             exact = {}
         result = split_mesh(mesh, found, edges)

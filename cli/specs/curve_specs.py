@@ -3,6 +3,7 @@
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -27,12 +28,13 @@ _EDGES = re.compile(r"edges:angle>(\d+\.?\d*|\.\d+)")
 class CurvesOnMesh:
     """Curves of one spec.
 
-    paths: polylines. edges: indices of edges of the mesh, without order. distance: of the given points from the
-    surface, at most.
+    paths: polylines. sides: sides of faces, 3f + k opposite corner k of face f, in the direction of the face. directed:
+    whether that direction means something. distance: of the given points from the surface, at most.
     """
 
     paths: "Sequence[SurfacePath]"
-    edges: "Ints"
+    sides: "Ints"
+    directed: bool = True
     distance: float = 0.0
 
     @property
@@ -46,7 +48,11 @@ class CurvesOnMesh:
         from geomhw.mesh.surface_points import concatenate
 
         parts = [curve_points(mesh, *curve) for curve in self.curves]
-        return concatenate([*parts, *([edge_points(mesh, self.edges)] if len(self.edges) else [])])
+        return concatenate([*parts, *([edge_points(mesh, self.sides)] if len(self.sides) else [])])
+
+    def edges(self, mesh: "TriangleMesh") -> "Ints":
+        """The edges of the sides."""
+        return mesh.edge_table.of_faces.ravel()[self.sides]
 
 
 @dataclass(frozen=True)
@@ -84,14 +90,14 @@ def curves_on(mesh: "TriangleMesh", text: str, remarks: list[str]) -> CurvesOnMe
 
     text, none = text.strip().removeprefix("curve:"), np.empty(0, dtype=np.int64)
     if text == "boundary":
-        edges = np.flatnonzero(mesh.edge_table.face_counts == 1)
-        if not len(edges):
+        sides = np.flatnonzero(mesh.edge_table.face_counts[mesh.edge_table.of_faces.ravel()] == 1)
+        if not len(sides):
             raise FieldError("the mesh has no boundary; name another curve")
-        return CurvesOnMesh([], edges)
+        return CurvesOnMesh([], sides)
     if text.startswith("edges:"):
-        return CurvesOnMesh([], _feature_edges(mesh, text))
+        return CurvesOnMesh([], _feature_sides(mesh, text), directed=False)
     if text.startswith("border:"):
-        return CurvesOnMesh([], _border_edges(mesh, text.removeprefix("border:")))
+        return CurvesOnMesh([], _border_sides(mesh, text.removeprefix("border:")))
     return _from_file(mesh, Path(text), remarks, none)
 
 
@@ -99,7 +105,7 @@ def _from_file(mesh: "TriangleMesh", path: Path, remarks: list[str], none: "Ints
     """Trace the polylines of a file."""
     import numpy as np
 
-    from geomhw.curves.traced import trace_points, trace_polyline
+    from geomhw.curves.traced import trace_points, trace_polylines
     from geomhw.io import read_polylines
     from geomhw.mesh.surface_points import face_points
 
@@ -107,20 +113,18 @@ def _from_file(mesh: "TriangleMesh", path: Path, remarks: list[str], none: "Ints
     assert cloud.lines is not None
     columns = {field.name: field.values for field in cloud.fields}
     count = len(cloud.lines) - 1
-    traced = []
-    known = "face" in columns and "barycentric" in columns and _match(mesh, cloud.points, columns)
-    for k in range(count):
-        at = slice(int(cloud.lines[k]), int(cloud.lines[k + 1]))
-        name = f"{path.name}" if count == 1 else f"curve {k} of {path.name}"
-        if known:
-            faces, weights = np.asarray(columns["face"])[at].astype(np.int64), np.asarray(columns["barycentric"])[at]
-            traced.append(trace_points(mesh, face_points(mesh, faces, weights), name))
-        else:
-            traced.append(trace_polyline(mesh, cloud.points[at], name))
+    parts = [slice(int(a), int(b)) for a, b in pairwise(cloud.lines)]
+    names = [path.name if count == 1 else f"curve {k} of {path.name}" for k in range(count)]
+    if "face" in columns and "barycentric" in columns and _match(mesh, cloud.points, columns):
+        points = face_points(mesh, np.asarray(columns["face"]).astype(np.int64), np.asarray(columns["barycentric"]))
+        rows = np.arange(len(points))
+        traced = [trace_points(mesh, points[rows[at]], name) for at, name in zip(parts, names, strict=True)]
+    else:
+        traced = trace_polylines(mesh, [cloud.points[at] for at in parts], names)
     distance = max(item.distance for item in traced)
     if distance > 1e-6 * float(np.ptp(mesh.vertices[mesh.faces].reshape(-1, 3), axis=0).max()):
         remarks.append(f"note: points of {path.name} are up to {distance:.4g} from the surface, to which they move")
-    return CurvesOnMesh([item.path for item in traced], none, distance)
+    return CurvesOnMesh([item.path for item in traced], none, distance=distance)
 
 
 def _match(mesh: "TriangleMesh", points: "Floats", columns: "dict[str, Floats | Ints]") -> bool:
@@ -134,8 +138,8 @@ def _match(mesh: "TriangleMesh", points: "Floats", columns: "dict[str, Floats | 
     return bool(np.abs(positions - points).max(initial=0.0) <= 1e-9 * np.abs(mesh.vertices).max())
 
 
-def _feature_edges(mesh: "TriangleMesh", text: str) -> "Ints":
-    """Edges at which the normals of two faces differ by more than an angle."""
+def _feature_sides(mesh: "TriangleMesh", text: str) -> "Ints":
+    """One side of each edge at which the normals of two faces differ by more than an angle."""
     import click
     import numpy as np
 
@@ -148,14 +152,16 @@ def _feature_edges(mesh: "TriangleMesh", text: str) -> "Ints":
     normals = mesh.face_normals
     dots = np.einsum("ex,ex->e", normals[one // 3], normals[other // 3]) * np.where(same, -1, 1)
     sharp = dots < np.cos(np.radians(float(found[1])))
-    edges = np.unique(mesh.edge_table.of_faces.ravel()[one[sharp]])
-    if not len(edges):
+    if not sharp.any():
         raise FieldError(f"no two faces meet at an angle of more than {found[1]} degrees")
-    return edges
+    return one[sharp]
 
 
-def _border_edges(mesh: "TriangleMesh", spec: str) -> "Ints":
-    """Edges between faces of different labels; of labels at vertices, a face has that of most of its corners."""
+def _border_sides(mesh: "TriangleMesh", spec: str) -> "Ints":
+    """Sides between faces of different labels, of the face with the higher one, which is on their left.
+
+    Of labels at vertices, a face has that of most of its corners.
+    """
     import numpy as np
 
     from geomhw.io import read_field
@@ -169,7 +175,7 @@ def _border_edges(mesh: "TriangleMesh", spec: str) -> "Ints":
         a, b, c = labels[mesh.faces].T
         labels = np.where((a == b) | (a == c), a, np.where(b == c, b, np.minimum(np.minimum(a, b), c)))
     one, other, _ = inner_pairs(mesh.edge_table)
-    edges = np.unique(mesh.edge_table.of_faces.ravel()[one[labels[one // 3] != labels[other // 3]]])
-    if not len(edges):
+    first, second = labels[one // 3], labels[other // 3]
+    if (first == second).all():
         raise FieldError(f"{spec} has one label, so no border")
-    return edges
+    return np.asarray(np.where(first > second, one, other)[first != second])

@@ -27,7 +27,7 @@ class PlaneWalk:
     """
 
     def __init__(self, mesh: TriangleMesh) -> None:
-        self._mesh, self._edges = mesh, mesh.edge_table.of_faces
+        self.mesh, self._edges = mesh, mesh.edge_table.of_faces
         self._at_vertex = counting_order(mesh.faces.ravel()) // 3
         self._vertex_starts = np.append(0, np.cumsum(np.bincount(mesh.faces.ravel(), minlength=mesh.n_vertices)))
         self._at_edge = counting_order(self._edges.ravel()) // 3
@@ -42,7 +42,7 @@ class PlaneWalk:
         """Return the steps from one point to another, without the last point; none if no short walk arrives."""
         p, q = self._position(one), self._position(other)
         starts, goals = self._faces_with(one.keys()), self._faces_with(other.keys())
-        normal = self._mesh.face_normals[starts + goals].sum(axis=0)
+        normal = self.mesh.face_normals[starts + goals].sum(axis=0)
         side = np.cross(q - p, normal)
         size, chord = np.linalg.norm(side), dist(p, q)
         if not size > UPRIGHT * chord * np.linalg.norm(normal):
@@ -54,7 +54,7 @@ class PlaneWalk:
         """The faces with all of some vertices, ascending."""
         v = next(iter(vertices))
         around = np.sort(self._at_vertex[self._vertex_starts[v] : self._vertex_starts[v + 1]])
-        return [f for f in around.tolist() if vertices <= set(self._mesh.faces[f].tolist())]
+        return [f for f in around.tolist() if vertices <= set(self.mesh.faces[f].tolist())]
 
     def _from(
         self, face: int, one: Place, p: Floats, q: Floats, side: Floats, goals: set[int], longest: float
@@ -82,8 +82,8 @@ class PlaneWalk:
         self, face: int, entry: int, start: Place, at: Floats, ahead: Floats, side: Floats
     ) -> tuple[int, Place, Floats] | None:
         """The edge by which the plane leaves a face, and the point there. start: where the walk starts, if here."""
-        corners = self._mesh.faces[face].tolist()
-        X = self._mesh.vertices[corners]
+        corners = self.mesh.faces[face].tolist()
+        X = self.mesh.vertices[corners]
         heights, best = ((X - at) @ side).tolist(), None
         for k in range(3):
             i, j, edge = (k + 1) % 3, (k + 2) % 3, int(self._edges[face, k])
@@ -100,4 +100,4 @@ class PlaneWalk:
         return best[1:] if best else None
 
     def _position(self, place: Place) -> Floats:
-        return np.asarray(np.array(list(place.values())) @ self._mesh.vertices[list(place)])
+        return np.asarray(np.array(list(place.values())) @ self.mesh.vertices[list(place)])

@@ -1,5 +1,6 @@
 """Polylines in space as curves on a surface: closest points, joined within faces or by shortest paths."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -63,36 +64,46 @@ def trace_polyline(mesh: TriangleMesh, points: ArrayLike, name: str = "the curve
     >>> trace_polyline(grid(2, 2), [[0.1, 0.4, 0.01], [0.9, 0.4, 0]]).path.length.__round__(6)
     0.8
     """
-    places = np.asarray(points, dtype=float).reshape(-1, 3)
-    if not len(places):
-        raise FieldError(f"{name} has no point")
-    found = nearest_points(mesh, places)
-    distances = lengths(found.positions(mesh) - places)
+    return trace_polylines(mesh, [points], [name])[0]
+
+
+def trace_polylines(mesh: TriangleMesh, polylines: Sequence[ArrayLike], names: Sequence[str]) -> list[TracedCurve]:
+    """Project polylines to a surface as `trace_polyline` does, in less time than one by one."""
+    lines = [np.asarray(points, dtype=float).reshape(-1, 3) for points in polylines]
+    for places, name in zip(lines, names, strict=True):
+        if not len(places):
+            raise FieldError(f"{name} has no point")
+    found = nearest_points(mesh, np.concatenate(lines))
     low, high = bounding_box(mesh)
-    diagonal, worst = float(np.linalg.norm(high - low)), int(distances.argmax())
-    if distances[worst] > FARTHEST * diagonal:
-        raise FieldError(
-            f"point {worst} of {name} is {distances[worst]:.4g} from the surface, {distances[worst] / diagonal:.2g} "
-            "diagonals of the mesh; a curve lies on the surface or near it"
-        )
-    return TracedCurve(_joined(mesh, found, name), float(distances[worst]))
+    diagonal, walk, begin, curves = float(np.linalg.norm(high - low)), PlaneWalk(mesh), 0, []
+    for places, name in zip(lines, names, strict=True):
+        points = found[np.arange(begin, begin + len(places))]
+        distances = lengths(points.positions(mesh) - places)
+        worst = int(distances.argmax())
+        if distances[worst] > FARTHEST * diagonal:
+            raise FieldError(
+                f"point {worst} of {name} is {distances[worst]:.4g} from the surface, "
+                f"{distances[worst] / diagonal:.2g} diagonals of the mesh; a curve lies on the surface or near it"
+            )
+        curves.append(TracedCurve(_joined(walk, points, name), float(distances[worst])))
+        begin += len(places)
+    return curves
 
 
 def trace_points(mesh: TriangleMesh, points: SurfacePoints, name: str = "the curve") -> TracedCurve:
     """Return the curve through points of the surface; consecutive ones are joined as in `trace_polyline`."""
-    return TracedCurve(_joined(mesh, points, name), 0.0)
+    return TracedCurve(_joined(PlaneWalk(mesh), points, name), 0.0)
 
 
-def _joined(mesh: TriangleMesh, points: SurfacePoints, name: str) -> SurfacePath:
+def _joined(walk: PlaneWalk, points: SurfacePoints, name: str) -> SurfacePath:
     """Return the curve through points: consecutive ones are joined in a face, in a plane, or by a shortest path."""
-    places = points.corner_weights()
+    mesh, places = walk.mesh, points.corner_weights()
     kept = [0]
     for k in range(1, len(places)):
         if places[k] != places[kept[-1]]:
             kept.append(k)
     if len(kept) < 2:
         raise FieldError(f"{name} has one point on the surface; a curve has at least two")
-    walk = PlaneWalk(mesh)
     parts: list[list[Step]] = []
     for i, j in pairwise(kept):
         shared = walk.shared_face(places[i], places[j])

@@ -37,8 +37,14 @@ def curve_points(mesh: TriangleMesh, faces: Ints, weights: Floats) -> SurfacePoi
     )
 
 
-def edge_points(mesh: TriangleMesh, edges: Ints) -> SurfacePoints:
-    """Return the ends of edges, indices into ``mesh.edges``, ascending, and the edges as segments.
+def edge_points(mesh: TriangleMesh, sides: Ints) -> SurfacePoints:
+    """Return the ends of edges, ascending, and the edges as segments in the direction of a face.
+
+    Parameters
+    ----------
+    mesh : TriangleMesh
+    sides : (s,) integer array
+        3f + k for the side of face f opposite its corner k.
 
     Raises
     ------
@@ -48,18 +54,17 @@ def edge_points(mesh: TriangleMesh, edges: Ints) -> SurfacePoints:
     Examples
     --------
     >>> from geomhw.mesh import grid
-    >>> edge_points(grid(1, 1), np.array([0])).segments[:, :2].tolist()
-    [[0, 1]]
+    >>> edge_points(grid(1, 1), np.array([2])).segments.tolist()
+    [[0, 1, 0]]
     """
-    if not len(edges):
+    if not len(sides):
         raise ArgumentError("there is no edge")
-    vertices, ends = np.unique(mesh.edges[edges], return_inverse=True)
-    face = np.empty(mesh.n_edges, dtype=np.int64)
-    face[mesh.edge_table.of_faces[::-1]] = np.arange(mesh.n_faces)[::-1, None]
+    face, corner = np.divmod(np.asarray(sides), 3)
+    ends = np.stack([mesh.faces[face, (corner + 1) % 3], mesh.faces[face, (corner + 2) % 3]], axis=1)
+    vertices, number = np.unique(ends, return_inverse=True)
     points = vertex_points(mesh, vertices)
-    return SurfacePoints(
-        points.faces, points.corners, points.weights, segments=np.column_stack([ends.reshape(-1, 2), face[edges]])
-    )
+    segments = np.column_stack([number.reshape(-1, 2), face])
+    return SurfacePoints(points.faces, points.corners, points.weights, segments=segments)
 
 
 def even_samples(mesh: TriangleMesh, points: SurfacePoints, spacing: float) -> tuple[SurfacePoints, Floats]:
@@ -81,7 +86,7 @@ def even_samples(mesh: TriangleMesh, points: SurfacePoints, spacing: float) -> t
     Examples
     --------
     >>> from geomhw.mesh import grid
-    >>> samples, along = even_samples(grid(1, 1), edge_points(grid(1, 1), np.array([0])), 0.5)
+    >>> samples, along = even_samples(grid(1, 1), edge_points(grid(1, 1), np.array([2])), 0.5)
     >>> samples.positions(grid(1, 1))[:, 0].tolist(), along[0].tolist()
     ([0.25, 0.75], [1.0, 0.0, 0.0])
     """

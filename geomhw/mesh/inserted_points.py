@@ -82,8 +82,8 @@ class Division:
         """Return the vertex at a point, which is a new one unless there is one."""
         shares = [(self._shares(face, part, weights), part) for part in self._parts_of(face)]
         share, part = max(shares, key=lambda item: min(item[0]))
-        total = sum(s for s in share if s >= ON_EDGE)
-        at = [(v, s / total) for v, s in zip(part, share, strict=True) if s >= ON_EDGE]
+        total = sum(s for s in share if s > 0)
+        at = [(v, s / total) for v, s in zip(part, share, strict=True) if s > 0]
         if len(at) == 1:
             return at[0][0]
         new = self._mesh.n_vertices + len(self._points)
@@ -107,15 +107,20 @@ class Division:
         return new
 
     def _shares(self, face: int, part: tuple[int, ...], weights: Floats) -> Weights:
-        """Return the barycentric coordinates in a part of a point in the face."""
+        """Return the barycentric coordinates in a part of a point in the face; those near an edge are 0."""
         if len(self._parts[face]) == 1:
-            x, y, z = weights.tolist()
+            x, y, z = (w if w >= ON_EDGE else 0.0 for w in weights.tolist())
             return x, y, z
         w = complex(*weights[1:].tolist())
         a, b, c = (self._place(face, v) - w for v in part)
         areas = cross(b, c), cross(c, a), cross(a, b)
         total = sum(areas)
-        return areas[0] / total, areas[1] / total, areas[2] / total
+        # The distance from an edge, in barycentric coordinates of the face, is the area over the length of the edge.
+        near = tuple(ON_EDGE * max(abs(edge), total) for edge in (b - c, c - a, a - b))
+        if not total > 0:
+            return -1.0, -1.0, -1.0
+        x, y, z = (area / total if abs(area) > limit else 0.0 for area, limit in zip(areas, near, strict=True))
+        return x, y, z
 
     def _place(self, face: int, v: int) -> complex:
         """Return two barycentric coordinates of a vertex in a face."""

@@ -7,7 +7,7 @@ import numpy as np
 from geomhw.arrays import Floats
 from geomhw.mesh.surface_points import SurfacePoints
 from geomhw.mesh.triangle_mesh import TriangleMesh
-from geomhw.render.colors import plain_number
+from geomhw.render.colors import plain_number, round_spacing
 from geomhw.render.layers import Curves, Marker, Panel, Surface
 from geomhw.render.look import AUTOMATIC, Look
 from geomhw.render.panels import Picture, draw
@@ -17,6 +17,8 @@ from geomhw.results import Cloud, Result
 
 #: Curves are dark with a lighter outline, a halo.
 CURVE, HALO = ("#14171c", 3.0), ("#ffffff", 7.0)
+#: Isolines of signed distance, at most.
+SIGNED_ISOLINES = 20
 #: Isolines are thinner.
 ISOLINE = ("#14171c", 1.8)
 #: Meshes of at most this number of faces are subdivided for the checkerboard.
@@ -104,6 +106,39 @@ def _level_labels(mesh: TriangleMesh, curves: Cloud, view: View) -> list[Marker]
         text = plain_number(float(level), 4)
         markers.append(Marker(int(mesh.faces[face[best], 0]), text, CURVE[0], curves.points[best], disc=False))
     return markers
+
+
+def signed_picture(result: Result, look: Look = AUTOMATIC) -> Picture:
+    """Draw signed distance in diverging colors, white at zero, with isolines and the curve on top.
+
+    Parameters
+    ----------
+    result : Result
+        Of `signed_distance`.
+    look : Look
+        View, width, colors and isolines.
+
+    Returns
+    -------
+    (height, width, 3) array, uint8
+
+    Raises
+    ------
+    RenderError
+        If there is no OpenGL on this machine.
+    """
+    mesh, values, sources = result.mesh, np.asarray(result["signed_distance"]), result.sources
+    known = np.abs(values[np.isfinite(values)])
+    largest = float(known.max(initial=0.0))
+    spacing = round_spacing(2 * largest, SIGNED_ISOLINES) if largest > 0 else 0
+    surface = Surface(values, colormap="RdBu_r", symmetric=True, isolines=spacing, label="signed distance [mesh units]")
+    curves = []
+    if sources is not None:
+        segments = sources.positions(mesh)[sources.segments[:, :2]]
+        curves = [Curves(segments, *style) for style in (HALO, CURVE)]
+    corners = [] if sources is None else mesh.faces[sources.segments[:, 2], 0].tolist()
+    panel = Panel(surface=surface, curves=curves)
+    return draw(mesh, [panel], view=choose_view(mesh, corners, look), look=look)
 
 
 def log_picture(result: Result, look: Look = AUTOMATIC) -> Picture:
