@@ -22,7 +22,7 @@ from geomhw_cli.specs.sources import shortened, source_line
             "--curve curves",
             "SPEC",
             Spec(curve_files),
-            f"Curve with a direction: {CURVE_HELP}. May be repeated. The surface inside the boundary, and the higher of "
+            f"Curve with a direction: {CURVE_HELP}. May be repeated. The inside of the boundary, and the higher of "
             "two labels, are on the left.",
             multiple=True,
             required=True,

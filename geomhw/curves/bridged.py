@@ -14,6 +14,8 @@ from geomhw.mesh.triangle_mesh import TriangleMesh
 LONGEST, TOGETHER = 0.3, 0.5
 #: Length of curve, in mean edges, from which the direction at an end is estimated, twice.
 BEHIND = 2.0
+#: The same in gaps, if that is longer.
+SMOOTH = 0.2
 #: Distance between points of an arc, in mean edges.
 SPACING = 0.5
 
@@ -70,7 +72,9 @@ def bridge_gaps(mesh: TriangleMesh, curves: Sequence[SurfacePath]) -> list[Surfa
         total += float(gap[i, j])
         if total > TOGETHER * whole:
             break
-        arcs.append(_arc(ends[i], starts[j], onward[i], first[j], SPACING * mesh.mean_edge_length))
+        reach = max(behind, SMOOTH * float(gap[i, j]))
+        leaving, arriving = (_direction(points, reach) for points in (loose[i].positions, loose[j].positions[::-1]))
+        arcs.append(_arc(ends[i], starts[j], leaving, -arriving, SPACING * mesh.mean_edge_length))
         free_end[i] = free_start[j] = False
     names = [f"the arc across gap {k}" for k in range(len(arcs))]
     return [curve.path for curve in trace_polylines(mesh, arcs, names)] if arcs else []
