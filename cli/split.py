@@ -81,7 +81,7 @@ def split(
     Examples:
       geomhw geodesic data/creature.obj --source 0 --no-png -o d.vtp
       geomhw split d.vtp --along d.vtp:distance=1 -o halves.vtp --png halves.png
-      geomhw split data/sphere.off --curve edges:angle>10 --no-png --json -o parts.vtk
+      geomhw split data/creature.obj --curve "edges:angle>60" --no-png --json -o parts.vtk
     """
     import numpy as np
 

@@ -21,7 +21,7 @@ CURVE_HELP = (
     "several curves path; boundary (all boundary loops), edges:angle>40 (edges at which faces meet at this angle in "
     "degrees), or border:FILE:ARRAY (edges between faces, or round vertices, of different labels)"
 )
-_EDGES = re.compile(r"edges:angle>(\d+\.?\d*|\.\d+)")
+_EDGES = re.compile(r"edges:(?:angle[>=])?(\d+\.?\d*|\.\d+)")
 
 
 @dataclass(frozen=True)
