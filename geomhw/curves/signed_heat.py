@@ -4,7 +4,6 @@ Feng, Crane: A Heat Method for Generalized Signed Distance. ACM Trans. Graph. 43
 """
 
 import numpy as np
-import scipy.sparse as sp
 
 from geomhw.arrays import Complexes, Floats
 from geomhw.errors import ConvergenceError
@@ -21,10 +20,13 @@ from geomhw.operators.edge_vectors import (
     edge_directions,
     edge_vectors_at_faces,
 )
-from geomhw.operators.laplacian import stiffness
+from geomhw.operators.laplacian import backward_euler, stiffness
 from geomhw.solvers.auto import LaplaceSolver
 from geomhw.solvers.direct import DirectSolver
 from geomhw.solvers.nullspace import free_unknowns, without_mean
+
+#: From this number of vertices on, multigrid is faster than a factorization for one solution.
+LARGE = 4000
 
 
 class SignedHeat:
@@ -50,21 +52,33 @@ class SignedHeat:
         mesh.require_area()
         self.mesh: TriangleMesh = mesh
         self.time: TimeStep = time_step(time, mesh)
+        self._directions = edge_directions(mesh)
         #: M + tL, (e, e).
-        self._matrix = sp.csr_array(sp.diags_array(edge_areas(mesh)) + self.time.t * edge_connection_stiffness(mesh))
+        self._matrix = backward_euler(edge_areas(mesh), edge_connection_stiffness(mesh, self._directions), self.time.t)
 
     def __call__(self, curves: SurfacePoints) -> Floats:
         """Return the signed distance of vertices from the segments of curves, (n,); inf on other components.
 
         It is positive on the left of a segment, seen from outside, and zero in the mean over the segments.
         """
-        mesh = self.mesh
-        X = self._diffused(_normals(mesh, curves), curves)  # I. (M + tL) X = X0
-        Y = unit(edge_vectors_at_faces(mesh, X))  # II. Y = X / |X|
+        mesh, middles = self.mesh, _segment_middles(self.mesh, curves)
+        X = self._diffused(_normals(mesh, curves, middles, self._directions), curves)  # I. (M + tL) X = X0
+        Y = unit(edge_vectors_at_faces(mesh, X, self._directions))  # II. Y = X / |X|
         div = divergence_of(mesh, Y)
-        free = free_unknowns(mesh.components, mesh.unreferenced_vertices)
-        phi = LaplaceSolver(stiffness(mesh), free, "auto", 1)(without_mean(-div, mesh.components))  # III. Sφ = -Div Y
-        return _shifted(mesh, phi, curves)
+        phi = self._integrated(div)  # III. Sφ = -Div Y
+        return _shifted(mesh, phi, curves, middles)
+
+    def _integrated(self, div: Floats) -> Floats:
+        """Return φ with Sφ = -Div Y, (n,), up to a constant on each component."""
+        mesh = self.mesh
+        S, free = stiffness(mesh), free_unknowns(mesh.components, mesh.unreferenced_vertices)
+        rhs = without_mean(-div, mesh.components)
+        if mesh.n_vertices >= LARGE:
+            try:
+                return LaplaceSolver(S, free, "multigrid", 1)(rhs)
+            except ConvergenceError:
+                pass
+        return LaplaceSolver(S, free, "direct", 1)(rhs)
 
     def _diffused(self, rhs: Complexes, curves: SurfacePoints) -> Complexes:
         """Return X at the edges of faces, (m, 3), times a factor per face, so that nothing underflows."""
@@ -91,7 +105,7 @@ class SignedHeat:
         return np.divide(X, size, out=np.zeros_like(X), where=size > 0)
 
 
-def _normals(mesh: TriangleMesh, curves: SurfacePoints) -> Complexes:
+def _normals(mesh: TriangleMesh, curves: SurfacePoints, middles: Floats, directions: Complexes) -> Complexes:
     """Return X0, (e,): the left normals of segments, integrated along them with the basis functions of edges."""
     i, j, face = curves.segments.T
     positions = curves.positions(mesh)
@@ -100,27 +114,26 @@ def _normals(mesh: TriangleMesh, curves: SurfacePoints) -> Complexes:
     x = unit(mesh.opposite_edges[face, 0])
     y = np.cross(mesh.face_normals[face], x)
     in_face = np.einsum("sx,sx->s", left, x) + 1j * np.einsum("sx,sx->s", left, y)
-    basis = 1 - 2 * segment_middles(mesh, curves)
-    values = in_face[:, None] * basis * edge_directions(mesh)[face].conj()
+    values = in_face[:, None] * (1 - 2 * middles) * directions[face].conj()
     rhs = np.zeros(mesh.n_edges, dtype=complex)
     np.add.at(rhs, mesh.edge_table.of_faces[face], values)
     return rhs
 
 
-def segment_middles(mesh: TriangleMesh, curves: SurfacePoints) -> Floats:
+def _segment_middles(mesh: TriangleMesh, curves: SurfacePoints) -> Floats:
     """Return the barycentric coordinates, (s, 3), of the middles of segments in their faces."""
     weights, corners = curves.corner_weights(), mesh.faces[curves.segments[:, 2]].tolist()
     rows = zip(curves.segments[:, :2].tolist(), corners, strict=True)
     return np.array([[sum(weights[k].get(v, 0.0) for k in ends) / 2 for v in row] for ends, row in rows])
 
 
-def _shifted(mesh: TriangleMesh, phi: Floats, curves: SurfacePoints) -> Floats:
+def _shifted(mesh: TriangleMesh, phi: Floats, curves: SurfacePoints, middles: Floats) -> Floats:
     """Return φ with mean zero over the segments in each component; inf on components without one."""
     i, j, face = curves.segments.T
     positions = curves.positions(mesh)
     length = np.linalg.norm(positions[j] - positions[i], axis=1)
     component = mesh.components[mesh.faces[face, 0]]
-    at_curve = np.einsum("sk,sk->s", segment_middles(mesh, curves), phi[mesh.faces[face]])
+    at_curve = np.einsum("sk,sk->s", middles, phi[mesh.faces[face]])
     size = int(mesh.components.max()) + 1
     total = np.bincount(component, length, size)
     with np.errstate(invalid="ignore"):

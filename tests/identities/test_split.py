@@ -56,6 +56,7 @@ def test_cut_along_isolines(name: str, ties: bool) -> None:
     values = np.random.default_rng(2).normal(size=mesh.n_vertices)
     values = np.round(values) if ties else values
     levels = [0.0, 1.0] if ties else np.quantile(values[np.unique(mesh.faces)], [0.3, 0.6]).tolist()
+    levels = levels[: 1 if mesh.n_faces > 3000 else 2]
     lines = isolines(mesh, values, levels)
     found = split_mesh(mesh, lines.curves)
     check(found)
