@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from geomhw.arrays import Floats, Ints
-from geomhw.curves.level_graph import RIDGE, LevelGraph, barycentric, level_graph
+from geomhw.curves.level_graph import RIDGE, LevelGraph, barycentric, chains, level_graph
 from geomhw.curves.level_regions import separated_areas
 from geomhw.errors import ArgumentError, FieldError
 from geomhw.geodesic.exact import ExactDistance
@@ -172,8 +172,6 @@ def levels_between(mesh: TriangleMesh, one: SurfacePoints, other: SurfacePoints)
 
 def _polylines(mesh: TriangleMesh, graph: LevelGraph, levels: Floats) -> Isolines:
     """Return the chains of links as polylines, by level."""
-    from geomhw.curves.chains import chains
-
     order, starts, opened = chains(graph.partners)
     sizes = np.diff(starts)
     votes = np.add.reduceat(graph.turns[order // 2] * np.where(order % 2, -1, 1), starts[:-1]) if len(order) else sizes

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from geomhw.curves import Isolines, isolines
+from geomhw.curves import Isolines, isolines, split_mesh
 from geomhw.errors import ArgumentError, FieldError
 from geomhw.io import read_mesh
 from geomhw.mesh import TriangleMesh, grid, icosphere, torus
@@ -232,3 +232,21 @@ def test_refusals() -> None:
         isolines(ball, ball.vertices[:, 0], [])
     with pytest.raises(ArgumentError, match="finite"):
         isolines(ball, ball.vertices[:, 0], [np.nan])
+
+
+@pytest.mark.parametrize("name", ["crumpled_torus", "annulus", "tetrahedron", "two_spheres", "klein", "hourglass"])
+def test_areas_are_those_of_a_cut(name: str) -> None:
+    """Cutting along one line alone gives two more pieces with these areas where it separates, and one piece where not."""
+    mesh = mesh_of(name)
+    values = np.random.default_rng(3).normal(size=mesh.n_vertices)
+    found = isolines(mesh, values, [-0.5, 0.0, 0.33])
+    before = split_mesh(mesh, []).n_pieces
+    for line in range(0, len(found), max(1, len(found) // 12)):
+        apart = split_mesh(mesh, [found.curves[line]])
+        areas = np.bincount(apart.pieces, apart.mesh.face_areas)
+        if np.isnan(found.areas[line]).any():
+            assert apart.n_pieces == before
+        else:
+            assert apart.n_pieces == before + 1
+            for area in found.areas[line]:
+                assert np.abs(areas - area).min() < 1e-9 * areas.sum()
