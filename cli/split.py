@@ -93,8 +93,10 @@ def split(
     if not levels and not curves:
         raise click.UsageError("A cut needs --along or --curve.")
     job = Job.plan("split", mesh_path, **files, **report)
-    mesh = job.read()
-    carried = [field for field in read_input(mesh_path).fields if field.location != "mesh"]
+    with job.stage("read"):
+        content = read_input(mesh_path)
+    mesh, job.notes = content.mesh, content.report
+    carried = [field for field in content.fields if field.location != "mesh"]
     with job.stage("compute"):
         found: list[tuple[Ints, Floats]] = []
         edges = np.empty(0, dtype=np.int64)

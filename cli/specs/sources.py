@@ -96,14 +96,11 @@ class SourceSpecs:
         for text in map(str.strip, texts):
             for path in source_files(text):
                 add_input(path)
-            if is_curve(text):
-                specs.append(CurveSpec(text))
-                continue
             if text.startswith("@"):
                 specs += _listed(Path(text[1:]))
                 continue
             try:
-                specs += [_parse_region(text)] if "=" in text else _parse(text)
+                specs += [CurveSpec(text)] if is_curve(text) else [_parse_region(text)] if "=" in text else _parse(text)
             except ValueError as error:
                 raise click.UsageError(f"{error}.") from None
         return cls(specs)
@@ -118,11 +115,9 @@ class SourceSpecs:
 
         if not self.specs:
             return vertex_points(mesh, [default_source(mesh)])
-        parts = []
-        for spec in self.specs:
-            if isinstance(spec, CurveSpec) and not curves:
-                raise ArgumentError(f"'{excerpt(spec.text)}' is a curve; give points here")
-            parts.append(spec.resolve(mesh, remarks) if isinstance(spec, CurveSpec) else spec.resolve(mesh))
+        if (found := [spec for spec in self.specs if isinstance(spec, CurveSpec)]) and not curves:
+            raise ArgumentError(f"'{excerpt(found[0].text)}' is a curve; give points here")
+        parts = [spec.resolve(mesh, remarks) if spec in found else spec.resolve(mesh) for spec in self.specs]
         if remarks is not None:
             remarks += shortened_remarks(_near_remarks(mesh, self.specs, parts))
         return concatenate(parts)
@@ -159,7 +154,7 @@ def source_lines(path: Path) -> list[SourceSpecs]:
     """Read a set of sources from each line of a file. Raises FormatError for a line that has no sources."""
     from geomhw.io import read_lines
 
-    return [_parse_line(path, number, line) for number, line in read_lines(path)]
+    return [SourceSpecs(list(_parse_lazily(path, number, line))) for number, line in read_lines(path)]
 
 
 def source_pairs(path: Path) -> list[SourcePair]:
@@ -176,7 +171,7 @@ def source_pairs(path: Path) -> list[SourcePair]:
             raise FormatError(f"{path}, line {number}: '{line[:60]}' is no pair; give two sources, as in: 0 17")
         for word in words:
             if word not in known:
-                known[word] = _parse_line(path, number, word)
+                known[word] = SourceSpecs(list(_parse_lazily(path, number, word)))
         start, end = words
         pairs.append(SourcePair(known[start], known[end], (start, end), line_origin(path, number)))
     return pairs
@@ -200,10 +195,6 @@ def _listed(path: Path) -> Iterator[Spec | VertexList]:
             yield VertexList(vertices, lines, path)
         else:
             yield from (replace(spec, filled=True) for _, spec in group if not isinstance(spec, int))
-
-
-def _parse_line(path: Path, number: int, text: str) -> SourceSpecs:
-    return SourceSpecs(list(_parse_lazily(path, number, text)))
 
 
 def _parse_lazily(path: Path, number: int, text: str) -> Iterator[Spec]:

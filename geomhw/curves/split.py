@@ -73,8 +73,10 @@ class SplitMesh:
             elif field.location == "vertex":
                 corners = values[self.original.faces[parent]]
                 if values.dtype.kind == "f":
-                    with np.errstate(invalid="ignore"):
-                        new = np.einsum("kc,kc...->k...", weights, corners).astype(values.dtype)
+                    share = weights.reshape(*weights.shape, *(1,) * (values.ndim - 1))
+                    # Corners without a share may be infinite.
+                    parts = np.multiply(share, corners, out=np.zeros_like(corners), where=share > 0)
+                    new = parts.sum(axis=1)
                 else:
                     new = corners[np.arange(len(parent)), weights.argmax(axis=1)]
                 if levels and field.name in levels:

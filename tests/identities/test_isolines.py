@@ -236,7 +236,7 @@ def test_refusals() -> None:
 
 @pytest.mark.parametrize("name", ["crumpled_torus", "annulus", "tetrahedron", "two_spheres", "klein", "hourglass"])
 def test_areas_are_those_of_a_cut(name: str) -> None:
-    """Cutting along one line alone gives two more pieces with these areas where it separates, and one piece where not."""
+    """Cutting along a line that separates gives one more piece, with these areas; along another it gives none."""
     mesh = mesh_of(name)
     values = np.random.default_rng(3).normal(size=mesh.n_vertices)
     found = isolines(mesh, values, [-0.5, 0.0, 0.33])

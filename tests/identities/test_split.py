@@ -161,6 +161,18 @@ def test_kinds_of_arrays() -> None:
     np.testing.assert_allclose(parts[1]["place"], parts[1].mesh.vertices, atol=1e-15)
 
 
+def test_infinite_values_stay_where_they_are() -> None:
+    """New vertices take values from the ends of their edge only."""
+    square = grid(8, 8)
+    values = square.vertices[:, 1].copy()
+    values[square.vertices[:, 0] > 0.7] = np.inf
+    found = split_mesh(square, isolines(square, values, [0.4]).curves)
+    result = found.result([Field("u", "vertex", values)], {"u": 0.4})
+    assert not np.isnan(result["u"]).any()
+    finite = np.isfinite(result["u"])
+    np.testing.assert_allclose(np.asarray(result["u"])[finite], found.mesh.vertices[finite, 1], atol=1e-12)
+
+
 def test_traced_polylines() -> None:
     """Points beside the surface move to it; far points, one point, and several components are errors."""
     ball = icosphere(3)
