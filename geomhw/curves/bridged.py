@@ -7,14 +7,14 @@ import numpy as np
 from geomhw.arrays import Floats
 from geomhw.curves.traced import trace_polylines
 from geomhw.geodesic.surface_path import SurfacePath
-from geomhw.mesh.geometry import lengths
+from geomhw.mesh.geometry import lengths, unit
 from geomhw.mesh.triangle_mesh import TriangleMesh
 
 #: Longest gap, and the sum of all, as shares of the length of the curves.
 LONGEST, TOGETHER = 0.3, 0.5
 #: Length of curve, in mean edges, from which the direction at an end is estimated, twice.
 BEHIND = 2.0
-#: The same in gaps, if that is longer.
+#: The same as a share of the gap, if that is longer.
 SMOOTH = 0.2
 #: Distance between points of an arc, in mean edges.
 SPACING = 0.5
@@ -81,17 +81,18 @@ def bridge_gaps(mesh: TriangleMesh, curves: Sequence[SurfacePath]) -> list[Surfa
 
 
 def _direction(points: Floats, behind: float) -> Floats:
-    """Return the unit direction of a polyline at its last point, extrapolated from two chords if it is long enough."""
-    steps = lengths(np.diff(points[::-1], axis=0))
-    reach = np.append(0.0, np.cumsum(steps))
-    near, far = (int(np.searchsorted(reach, x)) for x in (behind, 2 * behind))
-    near = min(near, len(points) - 1)
-    last, middle = points[-1], points[-1 - near]
-    chord = (last - middle) / np.linalg.norm(last - middle)
-    if far < len(points):
-        before = middle - points[-1 - far]
-        chord = 1.5 * chord - 0.5 * before / np.linalg.norm(before)
-    return np.asarray(chord / np.linalg.norm(chord))
+    """Return the unit direction of a polyline at its last point: of the arc of a circle through it and two others."""
+    backward = points[::-1]
+    reach = np.append(0.0, np.cumsum(lengths(np.diff(backward, axis=0))))
+    behind = min(behind, float(reach[-1]) / 2)
+    last, middle, before = (
+        np.array([np.interp(x, reach, column) for column in backward.T]) for x in behind * np.arange(3)
+    )
+    near, far = unit(np.array([last - middle, middle - before]))
+    turn = float(np.arccos(np.clip(near @ far, -1, 1)))
+    if not 0 < turn < np.pi / 2:
+        return np.asarray(near)
+    return np.asarray((np.sin(1.5 * turn) * near - np.sin(turn / 2) * far) / np.sin(turn))
 
 
 def _arc(p: Floats, q: Floats, onward: Floats, first: Floats, spacing: float) -> Floats:

@@ -47,7 +47,7 @@ class SignedHeat:
     Feng, Crane: A Heat Method for Generalized Signed Distance. ACM Trans. Graph. 43(4), 2024.
     """
 
-    def __init__(self, mesh: TriangleMesh, time: str | float = "h2") -> None:
+    def __init__(self, mesh: TriangleMesh, time: str | float = "0.5*h2") -> None:
         mesh.require_oriented("signed distance")
         mesh.require_area()
         self.mesh: TriangleMesh = mesh
