@@ -12,7 +12,10 @@ from support.meshes import ZOO, book, two_spheres, zoo_mesh
 
 #: Duplicate faces share their edges, so their copies are no further pieces; the others have no room between numbers.
 LEFT_OUT = {"huge_150", "tiny_150", "tiny_310", "far", "far_lost", "one_point", "sheared_6", "flat_vertex"}
-NAMES = [*ZOO, *(name for name in HOSTILE if name not in ZOO and name not in LEFT_OUT)]
+NAMES = [
+    *(name for name in ZOO if name != "genus_two"),
+    *(name for name in HOSTILE if name not in ZOO and name not in LEFT_OUT),
+]
 
 
 def mesh_of(name: str) -> TriangleMesh:
@@ -56,7 +59,7 @@ def test_cut_along_isolines(name: str, ties: bool) -> None:
     values = np.random.default_rng(2).normal(size=mesh.n_vertices)
     values = np.round(values) if ties else values
     levels = [0.0, 1.0] if ties else np.quantile(values[np.unique(mesh.faces)], [0.3, 0.6]).tolist()
-    levels = levels[: 1 if mesh.n_faces > 3000 else 2]
+    levels = levels[: 1 if mesh.n_faces > 300 else 2]
     lines = isolines(mesh, values, levels)
     found = split_mesh(mesh, lines.curves)
     check(found)
