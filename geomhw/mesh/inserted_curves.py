@@ -7,7 +7,7 @@ import numpy as np
 
 from geomhw.arrays import Floats, Ints
 from geomhw.errors import FieldError
-from geomhw.mesh.inserted_points import Division, InsertedPoints, cross
+from geomhw.mesh.inserted_points import ON_EDGE, Division, InsertedPoints, Weights
 from geomhw.mesh.surface_points import SurfacePoints, vertex_points
 from geomhw.mesh.triangle_mesh import TriangleMesh
 
@@ -147,6 +147,21 @@ def _filled_vertices(mesh: TriangleMesh, points: SurfacePoints, found: InsertedC
 class _CurveDivision(Division):
     """Faces that have been divided at points and along segments."""
 
+    def _shares(self, face: int, part: tuple[int, ...], weights: Floats) -> Weights:
+        """Return the barycentric coordinates in a part of a point in the face; those near an edge are 0."""
+        if len(self._parts[face]) == 1:
+            return super()._shares(face, part, weights)
+        w = complex(*weights[1:].tolist())
+        a, b, c = (self._place(face, v) - w for v in part)
+        areas = _cross(b, c), _cross(c, a), _cross(a, b)
+        total = sum(areas)
+        # The distance from an edge, in barycentric coordinates of the face, is the area over the length of the edge.
+        near = tuple(ON_EDGE * max(abs(edge), total) for edge in (b - c, c - a, a - b))
+        if not total > 0:
+            return -1.0, -1.0, -1.0
+        x, y, z = (area / total if abs(area) > limit else 0.0 for area, limit in zip(areas, near, strict=True))
+        return x, y, z
+
     def connect(self, face: int, start: int, end: int) -> list[int]:
         """Make the segment between two vertices in a face a chain of edges; return its vertices after the first."""
         self._parts_of(face)
@@ -171,7 +186,7 @@ class _CurveDivision(Division):
         part, right, left = next(
             (part, a, b)
             for part, a, b in fans
-            if cross(self._step(face, start, a), d) > 0 and cross(d, self._step(face, start, b)) > 0
+            if _cross(self._step(face, start, a), d) > 0 and _cross(d, self._step(face, start, b)) > 0
         )
         crossed, sides = [part], ([left], [right])
         while True:
@@ -183,7 +198,7 @@ class _CurveDivision(Division):
             (far,) = set(part) - {left, right}
             if far == end or self._lies_on(d, self._step(face, start, far)):
                 break
-            if cross(d, self._step(face, start, far)) > 0:
+            if _cross(d, self._step(face, start, far)) > 0:
                 left = far
                 sides[0].append(far)
             else:
@@ -202,11 +217,11 @@ class _CurveDivision(Division):
     @staticmethod
     def _lies_on(d: complex, e: complex) -> bool:
         """Whether a step stays on a longer one."""
-        return abs(cross(d, e)) <= ON_SEGMENT * abs(d) * abs(e) and 0 < (d.conjugate() * e).real < abs(d) ** 2
+        return abs(_cross(d, e)) <= ON_SEGMENT * abs(d) * abs(e) and 0 < (d.conjugate() * e).real < abs(d) ** 2
 
     def _crossing(self, face: int, start: int, d: complex, one: int, other: int) -> Floats:
         """Return the barycentric coordinates at which a segment crosses the edge between two vertices."""
-        a, b = (cross(d, self._step(face, start, v)) for v in (one, other))
+        a, b = (_cross(d, self._step(face, start, v)) for v in (one, other))
         share = a / (a - b)
         p, q = np.array([self._weights[face, one], self._weights[face, other]])
         return np.asarray((1 - share) * p + share * q)
@@ -223,6 +238,11 @@ class _CurveDivision(Division):
         self._parts_of(face).append((a, b, chain[best]))
         self._fill(face, a, chain[best], chain[:best])
         self._fill(face, chain[best], b, chain[best + 1 :])
+
+
+def _cross(a: complex, b: complex) -> float:
+    """Return the signed area of the parallelogram of two plane vectors."""
+    return a.real * b.imag - a.imag * b.real
 
 
 def _in_circle(a: complex, b: complex, c: complex, d: complex) -> bool:

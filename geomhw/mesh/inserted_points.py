@@ -82,8 +82,8 @@ class Division:
         """Return the vertex at a point, which is a new one unless there is one."""
         shares = [(self._shares(face, part, weights), part) for part in self._parts_of(face)]
         share, part = max(shares, key=lambda item: min(item[0]))
-        total = sum(s for s in share if s > 0)
-        at = [(v, s / total) for v, s in zip(part, share, strict=True) if s > 0]
+        total = sum(s for s in share if s >= ON_EDGE)
+        at = [(v, s / total) for v, s in zip(part, share, strict=True) if s >= ON_EDGE]
         if len(at) == 1:
             return at[0][0]
         new = self._mesh.n_vertices + len(self._points)
@@ -107,19 +107,10 @@ class Division:
         return new
 
     def _shares(self, face: int, part: tuple[int, ...], weights: Floats) -> Weights:
-        """Return the barycentric coordinates in a part of a point in the face; those near an edge are 0."""
-        if len(self._parts[face]) == 1:
-            x, y, z = (w if w >= ON_EDGE else 0.0 for w in weights.tolist())
-            return x, y, z
-        w = complex(*weights[1:].tolist())
-        a, b, c = (self._place(face, v) - w for v in part)
-        areas = cross(b, c), cross(c, a), cross(a, b)
-        total = sum(areas)
-        # The distance from an edge, in barycentric coordinates of the face, is the area over the length of the edge.
-        near = tuple(ON_EDGE * max(abs(edge), total) for edge in (b - c, c - a, a - b))
-        if not total > 0:
-            return -1.0, -1.0, -1.0
-        x, y, z = (area / total if abs(area) > limit else 0.0 for area, limit in zip(areas, near, strict=True))
+        """Return the barycentric coordinates in a part of a point in the face."""
+        if len(self._parts[face]) > 1:
+            weights = np.linalg.solve(self._corners(face, part).T, weights)
+        x, y, z = weights.tolist()
         return x, y, z
 
     def _place(self, face: int, v: int) -> complex:
@@ -160,8 +151,3 @@ def _combined(shares: list[float], corners: list[Weights]) -> Weights:
     """Return the sum of barycentric coordinates times shares."""
     x, y, z = (sum(s * w[k] for s, w in zip(shares, corners, strict=True)) for k in range(3))
     return x, y, z
-
-
-def cross(a: complex, b: complex) -> float:
-    """Return the signed area of the parallelogram of two plane vectors."""
-    return a.real * b.imag - a.imag * b.real
