@@ -4,8 +4,8 @@ from .cell_pictures import samples_picture as samples_picture
 from .curve_pictures import curve_picture as curve_picture
 from .curve_pictures import isoline_picture as isoline_picture
 from .curve_pictures import log_picture as log_picture
-from .direction_picture import direction_picture as direction_picture
 from .curve_pictures import signed_picture as signed_picture
+from .direction_picture import direction_picture as direction_picture
 from .field_pictures import bracket_picture as bracket_picture
 from .field_pictures import derivative_picture as derivative_picture
 from .flow_pictures import contact_sheet as contact_sheet
