@@ -75,12 +75,8 @@ def read_field(spec: str, mesh: TriangleMesh, *, finite: bool = True) -> Field:
         is_mesh = extension in READABLE and extension != ".gii"
         field = _from_mesh(path, key, mesh) if is_mesh else _one_of(path, key, _on_vertices(path, extension, mesh))
         name, values, location, labels = field.name, np.asarray(field.values), field.location, field.labels
-    values = _checked(spec, values)
-    return Field(name, _location(spec, len(values), location, mesh), values, labels)
-        known = " ".join((".npy", ".npz", ".csv", *READABLE))
-        raise FieldError(f"{path.name}: no arrays are read from '{extension}'; known are {known}")
     values = _checked(spec, values, finite)
-    return Field(name, _location(spec, len(values), location, mesh), values)
+    return Field(name, _location(spec, len(values), location, mesh), values, labels)
 
 
 def field_file(spec: str) -> Path:
