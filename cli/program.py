@@ -25,6 +25,7 @@ from geomhw_cli.geodesic import geodesic
 from geomhw_cli.gradient import gradient
 from geomhw_cli.helmholtz import helmholtz
 from geomhw_cli.info import info
+from geomhw_cli.isolines import isolines
 from geomhw_cli.killing import killing
 from geomhw_cli.logmap import logmap
 from geomhw_cli.merge import merge
@@ -36,8 +37,10 @@ from geomhw_cli.rois import rois
 from geomhw_cli.runtime import interrupts
 from geomhw_cli.runtime.pictures import keep_command_line
 from geomhw_cli.sample import sample
+from geomhw_cli.signed import signed
 from geomhw_cli.smooth import smooth
 from geomhw_cli.spectrum import spectrum
+from geomhw_cli.split import split
 from geomhw_cli.streamlines import streamlines
 from geomhw_cli.trace import trace
 from geomhw_cli.vecdiffuse import vecdiffuse
@@ -145,6 +148,7 @@ for command in (
     gradient,
     helmholtz,
     info,
+    isolines,
     killing,
     logmap,
     merge,
@@ -154,8 +158,10 @@ for command in (
     repair,
     rois,
     sample,
+    signed,
     smooth,
     spectrum,
+    split,
     streamlines,
     trace,
     vecdiffuse,

@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 #: Beyond this, the last digit of an angle is a ten thousandth of a degree.
 MAX_DEGREES = 1e12
 MAX_SEED = 10**18 - 1
+#: Distance between the points that stand for a curve, in mean edges.
+SPACING = 0.25
 
 
 @command(
@@ -41,7 +43,7 @@ MAX_SEED = 10**18 - 1
             "DEG",
             Number(-MAX_DEGREES, MAX_DEGREES),
             "Instead: unit vector at this angle, counterclockwise. It is measured from the first edge of the vertex's "
-            "first face, or of the face that contains the source.",
+            "first face, or of the face that contains the source; on a curve, from the direction of the curve.",
             multiple=True,
         ),
         option(
@@ -107,8 +109,12 @@ def vecdiffuse(
     job = Job.plan("vecdiffuse", mesh_path, **files, **report)
     mesh = job.read()
     with job.stage("compute"):
-        points = sources.resolve(mesh, job.remarks)
-        result = transport_over_times(mesh, points, _vectors(mesh, points, start), **method)
+        points = sources.resolve(mesh, job.remarks, curves=True)
+        curve = len(points.segments) > 0
+        if curve:
+            points, along = _samples(mesh, points, start)
+        vectors = _along(mesh, points, along, start) if curve else _vectors(mesh, points, start)
+        result = transport_over_times(mesh, points, vectors, **method)
     job.write(result, transport_picture)
     answers = result.report
     lines = [source_line(answers["sources"])]
@@ -125,6 +131,36 @@ def vecdiffuse(
     if unreached := answers["unreachable_vertices"]:
         lines.append(f"warning: {counted(unreached, 'vertex', 'vertices')} on components without a source: vectors 0")
     job.finish(mesh, shortened(answers), lines)
+
+
+def _samples(
+    mesh: "TriangleMesh", points: "SurfacePoints", start: dict[str, tuple[Any, ...]]
+) -> "tuple[SurfacePoints, Floats]":
+    """Points spread along curves, with the directions of these."""
+    import numpy as np
+
+    from geomhw.mesh import even_samples
+
+    if any(len(values) > 1 for values in start.values()):
+        raise click.UsageError("With a curve as a source, give one --vector or --angle for all of it.")
+    if len(np.setdiff1d(np.arange(len(points)), points.segments[:, :2])):
+        raise click.UsageError("Sources are points or curves, not both.")
+    return even_samples(mesh, points, SPACING * mesh.mean_edge_length)
+
+
+def _along(
+    mesh: "TriangleMesh", points: "SurfacePoints", along: "Floats", start: dict[str, tuple[Any, ...]]
+) -> "Floats":
+    """One vector for each point on curves, (k, 3): the same, or at an angle to the curve, by default along it."""
+    import numpy as np
+
+    from geomhw.transport.source_vectors import unit_vectors
+
+    if start["vector"]:
+        return np.tile(np.array(start["vector"]), (len(points), 1))
+    frames = np.stack([along, np.cross(mesh.face_normals[points.faces], along)], axis=1)
+    degrees = start["angle"][0] if start["angle"] else 0.0
+    return unit_vectors(frames, np.full(len(points), degrees))
 
 
 def _vectors(mesh: "TriangleMesh", sources: "SurfacePoints", start: dict[str, tuple[Any, ...]]) -> "Floats":

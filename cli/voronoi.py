@@ -42,8 +42,8 @@ def parse_sites(texts: Sequence[str]) -> SourceSpecs | int:
             "--sites",
             "SPEC|N",
             Spec(source_files),
-            "Sites as points, written as in --source of geodesic: 3,40,99, face:17, @FILE and so on; may be repeated. "
-            "A single whole number: this number of vertices by farthest-point sampling.",
+            "Sites as points, written as in --source of geodesic: 3,40,99, face:17, @FILE and so on, or as curves, one "
+            "site each; may be repeated. A single whole number: this number of vertices by farthest-point sampling.",
             multiple=True,
             required=True,
             callback=lambda _context, _option, texts: parse_sites(texts),
@@ -87,19 +87,29 @@ def voronoi(
     from geomhw.geodesic.farthest_points import farthest_points
     from geomhw.geodesic.voronoi import voronoi_cells
     from geomhw.render.cell_pictures import cells_picture
-    from geomhw.results import Field, point_cloud
+    from geomhw.results import Field, Result, point_cloud
     from geomhw.transport.relaxed_sites import relaxed_sites
 
     job = Job.plan("voronoi", mesh_path, beside=[(points_path, CURVE_EXTENSIONS)], **files, **report)
     mesh = job.read()
     with job.stage("compute"):
-        points = farthest_points(mesh, sites).points if isinstance(sites, int) else sites.resolve(mesh, job.remarks)
+        points = (
+            farthest_points(mesh, sites).points
+            if isinstance(sites, int)
+            else sites.resolve(mesh, job.remarks, curves=True)
+        )
+        if len(points.segments) and (relax or points_path):
+            raise click.UsageError("--relax and --points are for sites that are points, not curves.")
         cells = voronoi_cells(mesh, relaxed_sites(mesh, points, relax))
 
     def write_sites(path: Path) -> None:
         write_points(point_cloud(mesh, cells.sites, [Field("area", "vertex", cells.areas)]), [path])
 
     def picture(result: "Result", look: "Look") -> "Picture":
+        if cells.divided is not mesh:
+            result = Result(
+                cells.divided, [Field("label", "vertex", cells.divided_label)], result.report, result.sources
+            )
         return cells_picture(result, cells.pieces, cells.piece_labels, cells.borders, look)
 
     job.write(cells.result, picture, beside=[(points_path, write_sites)])

@@ -197,14 +197,14 @@ class Cloud:
     ----------
     points : (k, 3) array
     fields : sequence of Field
-        Location ``vertex``: one row per point; ``mesh``: values of the whole.
+        Location ``vertex``: one row per point; ``face``: one row per polyline; ``mesh``: values of the whole.
     lines : (p + 1,) integer array, optional
         Polyline i joins the points from ``lines[i]`` to ``lines[i + 1] - 1``.
 
     Raises
     ------
     FieldError
-        If a field is per face or does not have one row per point.
+        If a field does not have one row per point or polyline.
 
     Examples
     --------
@@ -218,9 +218,11 @@ class Cloud:
     lines: Ints | None = None
 
     def __post_init__(self) -> None:
+        rows = {"vertex": len(self.points), "face": 0 if self.lines is None else len(self.lines) - 1}
         for item in self.fields:
-            if item.location == "face" or (item.location == "vertex" and len(item.values) != len(self.points)):
-                raise FieldError(f"field '{item.name}' has no row for each of the {len(self.points)} points")
+            if item.location in rows and len(item.values) != rows[item.location]:
+                what = "points" if item.location == "vertex" else "polylines"
+                raise FieldError(f"field '{item.name}' has no row for each of the {rows[item.location]} {what}")
 
     def __repr__(self) -> str:
         return "\n  ".join([f"Cloud of {len(self.points)} points", *map(repr, self.fields)])

@@ -69,7 +69,7 @@ class MeshPart:
 
     def sources(self, specs: SourceSpecs, remarks: list[str] | None = None) -> "SurfacePoints":
         """Find points of the whole mesh in the part; by default its vertex of largest y. See `SourceSpecs.resolve`."""
-        return self.points(specs.resolve(self.whole, remarks)) if specs.specs else specs.resolve(self.mesh)
+        return self.points(specs.resolve(self.whole, remarks, curves=True)) if specs.specs else specs.resolve(self.mesh)
 
     def points(self, points: "SurfacePoints") -> "SurfacePoints":
         """Return points of the whole mesh as points of the part. Raises FieldError for a point outside of it."""
@@ -85,7 +85,13 @@ class MeshPart:
         )
         if outside.any():
             raise FieldError(f"source {points.name(int(outside.argmax()))} is outside of the mask")
-        return replace(points, faces=np.where(at_vertex, -1, place))
+        segments = points.segments.copy()
+        inner = np.searchsorted(self.faces, segments[:, 2])
+        inner[inner == len(self.faces)] = 0
+        if (lost := self.faces[inner] != segments[:, 2]).any():
+            raise FieldError(f"a curve passes face {segments[lost.argmax(), 2]}, which is outside of the mask")
+        segments[:, 2] = inner
+        return replace(points, faces=np.where(at_vertex, -1, place), segments=segments)
 
     def expand(self, result: "Result") -> "Result":
         """Return a result on the part as one on the whole mesh, with zeros on the other faces."""
@@ -104,6 +110,9 @@ class MeshPart:
             fields.append(Field(field.name, field.location, values))
         points = result.sources
         if points is not None:
-            points = replace(points, faces=np.where(points.faces < 0, -1, self.faces[points.faces]))
+            segments = points.segments.copy()
+            segments[:, 2] = self.faces[segments[:, 2]]
+            faces = np.where(points.faces < 0, -1, self.faces[points.faces])
+            points = replace(points, faces=faces, segments=segments)
         report = {**result.report, "sources": points.report()} if points else result.report
         return Result(self.whole, fields, report, points)

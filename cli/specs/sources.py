@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import click
 
 from geomhw.errors import ArgumentError, FieldError, FormatError
+from geomhw_cli.specs.curve_specs import CurveSpec, curve_files, is_curve
 from geomhw_cli.specs.files import add_input
 from geomhw_cli.specs.numbers import excerpt
 from geomhw_cli.specs.vertex_lists import VertexList, is_vertex_list, line_origin, vertices_on
@@ -20,8 +21,9 @@ if TYPE_CHECKING:
 SOURCE_HELP = (
     "12 or 12,40-44 (vertices, counted from 0), face:17 (its barycenter), face:17:0.2,0.3,0.5 (barycentric "
     "coordinates), near:X,Y,Z (the nearest point of the surface), max-y, min-x and so on (the extreme vertex), "
-    "boundary (all its vertices), several of these separated by commas, @FILE (a text file of them), or "
-    "FILE:ARRAY=VALUE (all vertices, or vertices of the faces, where an array has this value)"
+    "boundary (all its vertices), several of these separated by commas, @FILE (a text file of them), "
+    "FILE:ARRAY=VALUE (all vertices, or vertices of the faces, where an array has this value), or a curve: curve:FILE "
+    "(polylines of a .vtp, .obj or .csv), curve:boundary, edges:angle>40, border:FILE:ARRAY"
 )
 #: Most sources that a report lists, and that a line lists; further ones are only counted.
 MAX_REPORTED, MAX_IN_LINE = 20, 8
@@ -82,7 +84,7 @@ class Spec:
 class SourceSpecs:
     """Source specs, in order."""
 
-    specs: Sequence[Spec | VertexList]
+    specs: Sequence[Spec | VertexList | CurveSpec]
 
     @classmethod
     def parse(cls, texts: Sequence[str]) -> "SourceSpecs":
@@ -90,7 +92,7 @@ class SourceSpecs:
 
         Raises UsageError for a text that is no source, and FormatError for such a file.
         """
-        specs: list[Spec | VertexList] = []
+        specs: list[Spec | VertexList | CurveSpec] = []
         for text in map(str.strip, texts):
             for path in source_files(text):
                 add_input(path)
@@ -98,21 +100,24 @@ class SourceSpecs:
                 specs += _listed(Path(text[1:]))
                 continue
             try:
-                specs += [_parse_region(text)] if "=" in text else _parse(text)
+                specs += [CurveSpec(text)] if is_curve(text) else [_parse_region(text)] if "=" in text else _parse(text)
             except ValueError as error:
                 raise click.UsageError(f"{error}.") from None
         return cls(specs)
 
-    def resolve(self, mesh: "TriangleMesh", remarks: list[str] | None = None) -> "SurfacePoints":
+    def resolve(self, mesh: "TriangleMesh", remarks: list[str] | None = None, curves: bool = False) -> "SurfacePoints":
         """Find the points on a mesh, in order; by default the vertex of largest y.
 
-        remarks: takes a line for each ``near:``, with the distance from the surface.
+        remarks: takes a line for each ``near:`` and curve, with the distance from the surface. curves: whether curves
+        are allowed, whose segments are sources, too.
         """
         from geomhw.mesh.surface_points import concatenate, default_source, vertex_points
 
         if not self.specs:
             return vertex_points(mesh, [default_source(mesh)])
-        parts = [spec.resolve(mesh) for spec in self.specs]
+        if (found := [spec for spec in self.specs if isinstance(spec, CurveSpec)]) and not curves:
+            raise ArgumentError(f"'{excerpt(found[0].text)}' is a curve; give points here")
+        parts = [spec.resolve(mesh, remarks) if spec in found else spec.resolve(mesh) for spec in self.specs]
         if remarks is not None:
             remarks += shortened_remarks(_near_remarks(mesh, self.specs, parts))
         return concatenate(parts)
@@ -138,6 +143,8 @@ def source_files(text: str) -> list[Path]:
     """The file that a source on the command line is read from."""
     from geomhw.io import field_file
 
+    if is_curve(text.strip()):
+        return curve_files(text)
     if text.strip().startswith("@"):
         return [Path(text.strip()[1:])]
     return [field_file(text.strip().rpartition("=")[0])] if "=" in text else []
@@ -147,7 +154,7 @@ def source_lines(path: Path) -> list[SourceSpecs]:
     """Read a set of sources from each line of a file. Raises FormatError for a line that has no sources."""
     from geomhw.io import read_lines
 
-    return [_parse_line(path, number, line) for number, line in read_lines(path)]
+    return [SourceSpecs(list(_parse_lazily(path, number, line))) for number, line in read_lines(path)]
 
 
 def source_pairs(path: Path) -> list[SourcePair]:
@@ -164,7 +171,7 @@ def source_pairs(path: Path) -> list[SourcePair]:
             raise FormatError(f"{path}, line {number}: '{line[:60]}' is no pair; give two sources, as in: 0 17")
         for word in words:
             if word not in known:
-                known[word] = _parse_line(path, number, word)
+                known[word] = SourceSpecs(list(_parse_lazily(path, number, word)))
         start, end = words
         pairs.append(SourcePair(known[start], known[end], (start, end), line_origin(path, number)))
     return pairs
@@ -188,10 +195,6 @@ def _listed(path: Path) -> Iterator[Spec | VertexList]:
             yield VertexList(vertices, lines, path)
         else:
             yield from (replace(spec, filled=True) for _, spec in group if not isinstance(spec, int))
-
-
-def _parse_line(path: Path, number: int, text: str) -> SourceSpecs:
-    return SourceSpecs(list(_parse_lazily(path, number, text)))
 
 
 def _parse_lazily(path: Path, number: int, text: str) -> Iterator[Spec]:
@@ -248,7 +251,7 @@ def _region(mesh: "TriangleMesh", field: str, value: str) -> "SurfacePoints":
 
 
 def _near_remarks(
-    mesh: "TriangleMesh", specs: Sequence[Spec | VertexList], parts: Sequence["SurfacePoints"]
+    mesh: "TriangleMesh", specs: Sequence[Spec | VertexList | CurveSpec], parts: Sequence["SurfacePoints"]
 ) -> list[str]:
     """The distances of places in space from the surface, the largest first; those beyond `FAR` are warnings."""
     from math import dist

@@ -16,9 +16,13 @@ from geomhw.geodesic.distance_matrix import distance_pairs, symmetric_matrix
 from geomhw.geodesic.front import ROOM, Extent, Front, empty_front, reached, start, with_more_room
 from geomhw.geodesic.unfolded_faces import Surface, surface_of
 from geomhw.geodesic.window_propagation import propagate, start_from_edges
+from geomhw.mesh.inserted_curves import insert_sources
 from geomhw.mesh.surface_points import SurfacePoints, vertex_points
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.results import Field, Result
+
+#: No halfedges.
+NO_SIDES = np.empty(0, dtype=np.int64)
 
 
 @dataclass(frozen=True)
@@ -92,7 +96,7 @@ class ExactDistance:
         return self.from_sources(vertex_points(self.mesh, sources), limit, targets)
 
     def from_sources(self, sources: SurfacePoints, limit: float = inf, targets: Sequence[int] | Ints = ()) -> Result:
-        """Return the distance from the nearest source: vertices, points within faces or on edges, filled regions.
+        """Return the distance from the nearest source: points, segments between points, filled regions.
 
         Parameters
         ----------
@@ -109,8 +113,8 @@ class ExactDistance:
         FieldError
             If a source or target is not a vertex of the surface, or the limit is negative.
         """
-        front, vertices = self._solved(sources, limit, targets)
-        distance, found = front.distance, front.distance[vertices]
+        distance, vertices = self._distances(sources, limit, targets)
+        found = distance[vertices]
         report: dict[str, Any] = {"sources": sources.report(), "farthest": None, "mean_distance": None}
         if len(vertices):
             farthest = int(found.argmax())
@@ -121,22 +125,45 @@ class ExactDistance:
         report |= {"vertices_beyond" if cut else "unreachable_vertices": far, **self.settings()}
         return Result(self.mesh, [Field("distance", "vertex", distance)], report, sources)
 
+    def from_lines(self, vertices: Ints, halfedges: Ints) -> Floats:
+        """Return the distances from vertices and from edges, sides 3f + k of faces f, (n,)."""
+        return self._solved(vertex_points(self.mesh, vertices), sides=halfedges)[0].distance
+
     def arrivals(self, sources: SurfacePoints, limit: float = inf, targets: Sequence[int] | Ints = ()) -> Arrivals:
-        """Return distances as `from_sources` does, with the straight line by which each vertex is reached."""
+        """Return distances as `from_sources` does, with the straight line by which each vertex is reached.
+
+        Segments between points are no sources here.
+        """
         front, _ = self._solved(sources, limit, targets)
         outside = np.flatnonzero(np.isinf(front.distance))
         front.origin[outside], front.halfedge[outside], front.entry[outside] = outside, -1, 0.0
         return Arrivals(front.distance, front.origin, front.halfedge, front.entry)
 
-    def _solved(
+    def _distances(
         self, sources: SurfacePoints, limit: float = inf, targets: Sequence[int] | Ints = ()
+    ) -> tuple[Floats, Ints]:
+        """Return the distances, inf beyond the limit or the targets, and the vertices with a distance, ascending."""
+        if not len(sources.segments):
+            front, vertices = self._solved(sources, limit, targets)
+            return front.distance, vertices
+        n, found = self.mesh.n_vertices, insert_sources(self.mesh, sources)
+        sides = found.sides(np.arange(len(found.chains)))
+        front, vertices = ExactDistance(found.mesh)._solved(found.sources, limit, targets, sides)
+        return front.distance[:n], vertices[vertices < n]
+
+    def _solved(
+        self, sources: SurfacePoints, limit: float = inf, targets: Sequence[int] | Ints = (), sides: Ints = NO_SIDES
     ) -> tuple[Front, Ints]:
-        """Return the front when distances are final, up to the limit or the targets, and its vertices, ascending."""
+        """Return the front when distances are final, up to the limit or the targets, and its vertices, ascending.
+
+        sides: halfedges that are sources, too.
+        """
         wanted = vertex_points(self.mesh, targets).vertices if len(targets) else np.empty(0, dtype=np.int64)
         points = sources.within_faces
         front = empty_front(self._surface, len(points))
         start(front, sources.vertices, len(points))
-        if len(halfedges := self._filled_sides(sources.filled_vertices)):
+        sides = sides[self._face_of[sides // 3] == sides // 3]
+        if len(halfedges := np.union1d(self._filled_sides(sources.filled_vertices), sides)):
             while len(front.windows) < 2 * len(halfedges) + ROOM:
                 front = with_more_room(front)
             start_from_edges(self._surface, front, halfedges, len(points))
@@ -160,7 +187,7 @@ class ExactDistance:
         rows = np.empty((len(queries), self.mesh.n_vertices))
 
         def compute(k: int) -> None:
-            rows[k] = self._solved(queries[k], limit, targets[k] if targets else ())[0].distance
+            rows[k] = self._distances(queries[k], limit, targets[k] if targets else ())[0]
 
         with ThreadPoolExecutor(cpu_count()) as threads:
             list(threads.map(compute, range(len(queries))))

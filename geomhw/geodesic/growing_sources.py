@@ -4,10 +4,10 @@ from math import inf
 
 import numpy as np
 
-from geomhw.arrays import Floats
+from geomhw.arrays import Floats, Ints
 from geomhw.geodesic.exact import ExactDistance
-from geomhw.geodesic.front import Extent, clear_windows, empty_front, push, start, with_more_room
-from geomhw.geodesic.window_propagation import propagate
+from geomhw.geodesic.front import ROOM, Extent, Front, clear_windows, empty_front, push, start, with_more_room
+from geomhw.geodesic.window_propagation import propagate, start_from_edges
 from geomhw.mesh.surface_points import SurfacePoints
 
 _NO_TARGETS = np.empty(0, dtype=np.int64)
@@ -43,5 +43,20 @@ class GrowingSources:
             start(front, self._points.corners[i, :1], 0)
         else:
             push(front, len(front.waiting) + len(front.distance) + int(self._number[i]), 0.0)
+        self._propagate(front)
+
+    def add_lines(self, vertices: Ints, halfedges: Ints) -> None:
+        """Add a source that consists of vertices and of edges, the sides of faces."""
+        front = self._front
+        clear_windows(front)
+        while len(front.windows) < 2 * len(halfedges) + ROOM:
+            front = with_more_room(front)
+        start(front, vertices, 0)
+        start_from_edges(self._surface, front, halfedges, len(self._faces))
+        self._propagate(front)
+
+    def _propagate(self, front: Front) -> None:
+        """Process all events."""
+        self._front = front
         while propagate(self._surface, front, self._places, self._faces, self._extent, _NO_TARGETS) < 0:
             front = self._front = with_more_room(front)

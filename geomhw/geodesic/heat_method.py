@@ -123,7 +123,7 @@ class HeatDistance:
         return self.from_sources(vertex_points(self.mesh, sources))
 
     def from_sources(self, sources: SurfacePoints) -> Result:
-        """Return the distance from the nearest of the sources, vertices or points within faces, in any order.
+        """Return the distance from the nearest of the sources: vertices, points within faces, segments, in any order.
 
         Only refined distances start at the edges and faces of a filled region; otherwise its vertices are the sources.
 
@@ -142,15 +142,15 @@ class HeatDistance:
             If heat does not reach the far side, or the distance is undefined beside faces of nearly zero area.
         """
         mesh, surface, stage = self.mesh, self._surface, self.stages
-        sources = sources[sources.distinct()[0]]
+        sources = sources.unique()
         if not self._refine:
             self._poisson.solve.begin()
         with stage("paths along edges"):
             known = known_distances(mesh, sources)
             paths = edge_path_distance(surface, np.flatnonzero(np.isfinite(known)), known)
         with stage("heat"):  # I. (M + tS) u = u0
-            u0 = source_heat(self._heat, sources)
-            u = self._heat.from_impulse(u0, None if len(sources.within_faces) else paths)
+            u0 = source_heat(self._heat, sources, mesh)
+            u = self._heat.from_impulse(u0, None if len(sources.within_faces) or len(sources.segments) else paths)
         with stage("directions and divergence"):  # II. X = -∇u/|∇u|
             gradients, X = unit_field(surface, u, sources.vertices)
             div = divergence_of(surface, X)

@@ -19,13 +19,15 @@ from geomhw.solvers.auto import LaplaceSolver
 ROUNDING = 1e-9
 
 
-def source_heat(step: HeatStep, sources: SurfacePoints) -> Floats:
+def source_heat(step: HeatStep, sources: SurfacePoints, mesh: TriangleMesh) -> Floats:
     """Return the initial heat u0, (n,), integrated.
 
     A single vertex has 1; a point inside a face gives its corners their barycentric coordinates. Several vertices have
-    a mean of 1, in the shares that make them equally warm after the step.
+    a mean of 1, in the shares that make them equally warm after the step. Segments have their length in mean edges.
     """
     n, vertices = step.mesh.n_vertices, sources.vertices
+    if len(sources.segments):
+        return _segment_heat(mesh, sources)
     if len(np.unique(step.mesh.components[vertices])) == len(vertices):
         return sources.impulse(n)
     at_sources, A = np.zeros(n), step.matrix
@@ -38,12 +40,32 @@ def source_heat(step: HeatStep, sources: SurfacePoints) -> Floats:
     return u0
 
 
+def _segment_heat(mesh: TriangleMesh, sources: SurfacePoints) -> Floats:
+    """Return heat of constant density along segments, integrated with the hat functions of corners, and 1 elsewhere."""
+    i, j, _ = sources.segments.T
+    spots = np.concatenate([sources.corners[i], sources.corners[j]])
+    ends = sources.positions(mesh)
+    length = np.tile(lengths(ends[i] - ends[j]) / (2 * mesh.mean_edge_length), 2)
+    shares = np.concatenate([sources.weights[i], sources.weights[j]]) * length[:, None]
+    alone = np.setdiff1d(np.arange(len(sources)), sources.segments[:, :2])
+    heat = np.bincount(spots.ravel(), shares.ravel(), mesh.n_vertices)
+    return np.asarray(heat + sources[alone].impulse(mesh.n_vertices))
+
+
 def known_distances(mesh: TriangleMesh, sources: SurfacePoints) -> Floats:
     """Return distances near the sources, (n,), inf where unknown.
 
     They are 0 at source vertices, and straight lines to the corners of the faces that contain a source. Where another
     source is nearer in space, the distance on the surface may be shorter too, and is unknown.
     """
+    if len(sources.segments):  # exact at the corners of the faces that contain them
+        from geomhw.geodesic.exact import ExactDistance
+
+        near = np.union1d(mesh.faces[sources.segments[:, 2]], np.append(sources.vertices, sources.corners))
+        exact = np.asarray(ExactDistance(mesh).from_sources(sources, targets=near)["distance"])
+        distance = np.full(mesh.n_vertices, np.inf)
+        distance[near] = exact[near]
+        return distance
     distance = np.full(mesh.n_vertices, np.inf)
     if len(sources.vertices) == len(sources):
         distance[sources.vertices] = 0.0
@@ -67,11 +89,26 @@ def known_distances(mesh: TriangleMesh, sources: SurfacePoints) -> Floats:
 def chord_to_nearest(mesh: TriangleMesh, sources: SurfacePoints, vertices: Ints | slice = slice(None)) -> Floats:
     """Return the distance in space from vertices to the nearest source, (k,), a lower bound on geodesic distance."""
     positions = sources.positions(mesh)
+    if len(sources.segments):
+        return _to_segments(mesh.vertices[vertices], positions, sources)
     if len(positions) == 1:
         return lengths(np.subtract(mesh.vertices[vertices].T, positions.T, order="C").T)
     from scipy.spatial import KDTree
 
     return np.asarray(KDTree(positions).query(mesh.vertices[vertices])[0])
+
+
+def _to_segments(points: Floats, positions: Floats, sources: SurfacePoints) -> Floats:
+    """Return the distance in space from points to the nearest source or segment, (k,)."""
+    i, j, _ = sources.segments.T
+    along = positions[j] - positions[i]
+    square = np.maximum(np.einsum("sx,sx->s", along, along), np.finfo(float).tiny)
+    nearest = np.full(len(points), np.inf)
+    for k, point in enumerate(points):
+        share = np.clip(np.einsum("sx,sx->s", point - positions[i], along) / square, 0, 1)
+        apart = lengths(positions[i] + share[:, None] * along - point)
+        nearest[k] = min(apart.min(), lengths(positions - point).min())
+    return nearest
 
 
 def _chords(mesh: TriangleMesh, sources: SurfacePoints, vertices: Ints) -> Floats:

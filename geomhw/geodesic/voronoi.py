@@ -1,5 +1,6 @@
 """Geodesic Voronoi cells of sites on a surface: labels by exact distance, areas, borders and dual edges."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,12 +10,15 @@ from geomhw.errors import ArgumentError
 from geomhw.geodesic.exact import Arrivals, ExactDistance
 from geomhw.geodesic.growing_sources import GrowingSources
 from geomhw.geodesic.voronoi_faces import split_faces
+from geomhw.mesh.inserted_curves import InsertedSources, insert_sources
 from geomhw.mesh.surface_points import SurfacePoints
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.results import Field, Result
 
 #: Distances that agree up to this share are equal.
 EQUAL = 1e-10
+#: How far fronts go beyond their cells, in longest edges between cells.
+SLACK = 2.001
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,6 +29,11 @@ class VoronoiCells:
     ----------
     mesh : TriangleMesh
     sites : SurfacePoints
+        Points, and curves of points joined by segments, which are one site each.
+    divided : TriangleMesh
+        ``mesh``, with curves as chains of edges. The first vertices are those of ``mesh``.
+    divided_label : integer array
+        The nearest site of each vertex of it.
     label : (n,) integer array
         The nearest site of each vertex, the lower one on a tie; -1 on components without a site.
     distance : (n,) array
@@ -45,6 +54,8 @@ class VoronoiCells:
 
     mesh: TriangleMesh
     sites: SurfacePoints
+    divided: TriangleMesh
+    divided_label: Ints
     label: Ints
     distance: Floats
     areas: Floats
@@ -58,8 +69,8 @@ class VoronoiCells:
     def result(self) -> Result:
         """The arrays ``label`` and ``distance`` per vertex, with a report."""
         reached = self.label >= 0
-        sizes = np.bincount(self.label[reached], minlength=len(self.sites))
-        radii = np.zeros(len(self.sites))
+        sizes = np.bincount(self.label[reached], minlength=len(self.areas))
+        radii = np.zeros(len(self.areas))
         np.maximum.at(radii, self.label[reached], self.distance[reached])
         report = {
             "sites": self.sites.report(),
@@ -75,11 +86,12 @@ class VoronoiCells:
 
 
 def voronoi_cells(mesh: TriangleMesh, sites: SurfacePoints) -> VoronoiCells:
-    """Return the geodesic Voronoi cells of sites: vertices or points within faces.
+    """Return the geodesic Voronoi cells of sites: vertices, points within faces, or curves.
 
     Labels and distances of vertices are exact. In a face that several cells share, the distance from each site of its
     corners is interpolated between its exact values there: areas and borders have errors of second order. The areas of
-    all cells sum to the area of the components with sites. A face belongs to the cells of its corners only.
+    all cells sum to the area of the components with sites. A face belongs to the cells of its corners only. Faces are
+    divided along curves first.
 
     Raises
     ------
@@ -95,22 +107,34 @@ def voronoi_cells(mesh: TriangleMesh, sites: SurfacePoints) -> VoronoiCells:
     """
     if not len(sites):
         raise ArgumentError("there is no site")
-    solver = ExactDistance(mesh)
-    arrivals = solver.arrivals(sites)
-    caps = arrivals.distance * (1 + 2 * EQUAL) + _slack(mesh, sites, arrivals)
-    label, corner_distance = np.full(mesh.n_vertices, -1), np.zeros((mesh.n_faces, 3, 3))
-    corner, order = mesh.faces.ravel(), np.argsort(mesh.faces, axis=None, kind="stable")
-    starts = np.searchsorted(corner[order], np.arange(mesh.n_vertices + 1))
-    grown = GrowingSources(solver, sites)
-    for i in range(len(sites)):
-        distance = grown.distance
-        distance[:] = caps
-        grown.add(i)
-        (own,) = np.nonzero((distance <= arrivals.distance * (1 + EQUAL)) & (label < 0) & np.isfinite(caps))
+    add: Callable[[GrowingSources, int], None]
+    if len(sites.segments):
+        found, group = insert_sources(mesh, sites), sites.groups()
+        divided, points, count = found.mesh, found.sources, int(group.max()) + 1
+        solver = ExactDistance(divided)
+        lines = _lines(sites, found, group)
+        distance = solver.from_lines(*(np.concatenate(part) for part in zip(*lines, strict=True)))
+        slack = SLACK * float(divided.edge_lengths.max())
+        add = lambda grown, i: grown.add_lines(*lines[i])  # noqa: E731
+    else:
+        divided, points, count, solver = mesh, sites, len(sites), ExactDistance(mesh)
+        arrivals = solver.arrivals(sites)
+        distance, slack = arrivals.distance, _slack(mesh, sites, arrivals)
+        add = GrowingSources.add
+    caps = distance * (1 + 2 * EQUAL) + slack
+    label, corner_distance = np.full(divided.n_vertices, -1), np.zeros((divided.n_faces, 3, 3))
+    corner, order = divided.faces.ravel(), np.argsort(divided.faces, axis=None, kind="stable")
+    starts = np.searchsorted(corner[order], np.arange(divided.n_vertices + 1))
+    grown = GrowingSources(solver, points)
+    for i in range(count):
+        near = grown.distance
+        near[:] = caps
+        add(grown, i)
+        (own,) = np.nonzero((near <= distance * (1 + EQUAL)) & (label < 0) & np.isfinite(caps))
         label[own] = i
         at = order[_ranges(starts[own], starts[own + 1])]
-        corner_distance[at // 3, at % 3] = distance[mesh.faces[at // 3]]
-    split = split_faces(mesh, label, corner_distance, len(sites))
+        corner_distance[at // 3, at % 3] = near[divided.faces[at // 3]]
+    split = split_faces(divided, label, corner_distance, count)
     pairs, borders = split.pairs, split.segments
     lengths = np.linalg.norm(borders[:, 1] - borders[:, 0], axis=1)
     kept = lengths > EQUAL * float(mesh.edge_lengths.mean())  # cells that meet in a point share no border
@@ -119,8 +143,10 @@ def voronoi_cells(mesh: TriangleMesh, sites: SurfacePoints) -> VoronoiCells:
     return VoronoiCells(
         mesh,
         sites,
+        divided,
         label,
-        arrivals.distance,
+        label[: mesh.n_vertices],
+        distance[: mesh.n_vertices],
         split.areas,
         dual_edges,
         np.asarray(np.bincount(which.ravel(), lengths, len(dual_edges)), dtype=float),
@@ -128,6 +154,16 @@ def voronoi_cells(mesh: TriangleMesh, sites: SurfacePoints) -> VoronoiCells:
         split.pieces,
         split.owners,
     )
+
+
+def _lines(sites: SurfacePoints, found: InsertedSources, group: Ints) -> list[tuple[Ints, Ints]]:
+    """Return the vertices and the sides of edges of each site on the divided mesh. group: site of each point."""
+    lines = []
+    for i in range(int(group.max()) + 1):
+        own = np.flatnonzero(group[sites.segments[:, 0]] == i)
+        chains = [found.chains[s] for s in own.tolist()]
+        lines.append((np.unique(np.concatenate([found.vertices[group == i], *chains])), found.sides(own)))
+    return lines
 
 
 def _slack(mesh: TriangleMesh, sites: SurfacePoints, arrivals: Arrivals) -> float:
@@ -142,7 +178,7 @@ def _slack(mesh: TriangleMesh, sites: SurfacePoints, arrivals: Arrivals) -> floa
     group = np.where(within < 0, within, source)
     a, b = mesh.edges.T
     lengths = mesh.edge_lengths
-    return float(2.001 * lengths[group[a] != group[b]].max(initial=EQUAL * float(lengths.mean())))
+    return float(SLACK * lengths[group[a] != group[b]].max(initial=EQUAL * float(lengths.mean())))
 
 
 def _ranges(begins: Ints, ends: Ints) -> Ints:

@@ -24,6 +24,8 @@ from .fields import field_parts as field_parts
 from .fields import read_field as read_field
 from .file_content import read_json as read_json
 from .file_content import read_lines as read_lines
+from .polylines import POLYLINES as POLYLINES
+from .polylines import read_polylines as read_polylines
 from .reading import READABLE as READABLE
 from .reading import read as read
 from .reading import read_cloud as read_cloud

@@ -21,7 +21,7 @@ from geomhw.options import Location
 from geomhw.results import Field
 
 
-def read_field(spec: str, mesh: TriangleMesh) -> Field:
+def read_field(spec: str, mesh: TriangleMesh, *, finite: bool = True) -> Field:
     """Read one array on the vertices or the faces of a mesh.
 
     Parameters
@@ -34,6 +34,8 @@ def read_field(spec: str, mesh: TriangleMesh) -> Field:
     mesh
         Mesh that the array belongs to. The number of rows decides between vertices and faces. If the mesh has as
         many vertices as faces, the location in the file decides, or, without one, the array is on the faces.
+    finite
+        Whether infinite values and NaN are errors.
 
     Returns
     -------
@@ -42,7 +44,8 @@ def read_field(spec: str, mesh: TriangleMesh) -> Field:
     Raises
     ------
     FieldError
-        If the file or the array does not exist, has another number of rows, or values that are not finite real numbers.
+        If the file or the array does not exist, has another number of rows, or values that are not real numbers, or
+        not finite.
     FormatError
         If the file cannot be read.
 
@@ -72,7 +75,7 @@ def read_field(spec: str, mesh: TriangleMesh) -> Field:
         is_mesh = extension in READABLE and extension != ".gii"
         field = _from_mesh(path, key, mesh) if is_mesh else _one_of(path, key, _on_vertices(path, extension, mesh))
         name, values, location, labels = field.name, np.asarray(field.values), field.location, field.labels
-    values = _checked(spec, values)
+    values = _checked(spec, values, finite)
     return Field(name, _location(spec, len(values), location, mesh), values, labels)
 
 
@@ -213,15 +216,15 @@ def _from_mesh(path: Path, key: str, mesh: TriangleMesh) -> Field:
     return next((field for field in same if len(field.values) == rows[field.location]), same[0])
 
 
-def _checked(spec: str, values: Any) -> NDArray[Any]:
-    """Real, finite numbers in rows, in native types."""
+def _checked(spec: str, values: Any, must_be_finite: bool) -> NDArray[Any]:
+    """Real numbers in rows, finite ones on demand, in native types."""
     values = np.asarray(values)
     if values.dtype.kind not in "fiub":
         raise FieldError(f"{spec}: the array is of {values.dtype}, not of real numbers")
     if values.ndim not in (1, 2) or values.shape[1:] == (0,):
         raise FieldError(f"{spec}: an array of shape {values.shape} has no rows to lay on a mesh")
     finite = np.isfinite(values).all(axis=tuple(range(1, values.ndim)))
-    if not finite.all():
+    if must_be_finite and not finite.all():
         bad = int(np.argmin(finite))
         shown = " ".join(map(str, np.atleast_1d(values[bad]).tolist()))
         raise FieldError(f"{spec}: row {bad} is not a finite number ({shown})")

@@ -1,10 +1,16 @@
 from .curvature import angle_defects as angle_defects
+from .curve_points import curve_points as curve_points
+from .curve_points import edge_points as edge_points
+from .curve_points import even_samples as even_samples
+from .cut import cut_along_edges as cut_along_edges
 from .cut import cut_at_pinched_vertices as cut_at_pinched_vertices
 from .diagnostics import Finding as Finding
 from .diagnostics import findings as findings
 from .diagnostics import mesh_summary as mesh_summary
 from .implicit_surfaces import genus_two as genus_two
 from .implicit_surfaces import implicit_surface as implicit_surface
+from .inserted_curves import InsertedCurves as InsertedCurves
+from .inserted_curves import insert_curves as insert_curves
 from .inserted_points import InsertedPoints as InsertedPoints
 from .inserted_points import insert_points as insert_points
 from .nearest import nearest_point as nearest_point

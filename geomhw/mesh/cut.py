@@ -1,4 +1,6 @@
-"""Cutting a mesh open at pinched vertices, where several fans of faces meet."""
+"""Cutting a mesh open: at pinched vertices, where several fans of faces meet, and along edges."""
+
+from dataclasses import replace
 
 import numpy as np
 
@@ -31,7 +33,45 @@ def cut_at_pinched_vertices(mesh: TriangleMesh) -> tuple[TriangleMesh, Ints]:
     >>> cut.faces.tolist(), original.tolist()
     ([[0, 1, 2], [5, 3, 4]], [0, 1, 2, 3, 4, 0])
     """
-    fans, vertex_of = corner_fans(mesh.faces, mesh.edge_table)
+    return _separated(mesh, *corner_fans(mesh.faces, mesh.edge_table))
+
+
+def cut_along_edges(mesh: TriangleMesh, edges: Ints) -> tuple[TriangleMesh, Ints]:
+    """Separate the faces at edges from each other.
+
+    Parameters
+    ----------
+    mesh : TriangleMesh
+    edges : (k,) indices into ``mesh.edges``.
+
+    Returns
+    -------
+    cut : TriangleMesh
+        The same faces in the same order, with the vertices of ``mesh``, then copies of those at the edges.
+    original : (n',) integer array
+        The vertex of ``mesh`` that each vertex is a copy of.
+
+    Examples
+    --------
+    >>> square = TriangleMesh([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
+    >>> cut_along_edges(square, np.flatnonzero(square.edge_table.face_counts == 2))[0].faces.tolist()
+    [[0, 1, 2], [4, 5, 3]]
+    """
+    table, counts = mesh.edge_table, np.ones(mesh.n_edges, dtype=np.int64)
+    counts[edges] = 3
+    open_there = replace(table, face_counts=np.where(counts == 3, 3, np.minimum(table.face_counts, 2)))
+    fans, vertex_of = corner_fans(mesh.faces, open_there, most=2)
+    ends = np.zeros(mesh.n_vertices, dtype=bool)
+    ends[mesh.edges[edges]] = True
+    # Elsewhere a vertex keeps its fans.
+    numbers = np.arange(len(vertex_of))
+    numbers[~ends[vertex_of]] = np.searchsorted(vertex_of, vertex_of[~ends[vertex_of]])
+    names, compact = np.unique(numbers, return_inverse=True)
+    return _separated(mesh, compact.ravel()[fans], vertex_of[names])
+
+
+def _separated(mesh: TriangleMesh, fans: Ints, vertex_of: Ints) -> tuple[TriangleMesh, Ints]:
+    """Return the mesh with a vertex for each fan of corners, (m, 3), of the given vertices, ascending."""
     n = mesh.n_vertices
     first = np.unique(vertex_of, return_index=True)[1]
     if len(first) == len(vertex_of):

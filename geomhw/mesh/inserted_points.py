@@ -7,8 +7,11 @@ import numpy as np
 from geomhw.arrays import Floats, Ints
 from geomhw.errors import FieldError
 from geomhw.mesh.surface_points import SurfacePoints
+from geomhw.mesh.topology import counting_order
 from geomhw.mesh.triangle_mesh import TriangleMesh
 
+Weights = tuple[float, float, float]
+_UNITS: tuple[Weights, Weights, Weights] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 #: A point lies on an edge of a part of a face if its barycentric coordinate there is smaller.
 ON_EDGE = 1e-12
 
@@ -53,7 +56,7 @@ def insert_points(mesh: TriangleMesh, points: SurfacePoints) -> InsertedPoints:
     inside = (points.weights > 0).all(axis=1) & np.isin(points.faces, mesh.degenerate_faces)
     if inside.any():
         raise FieldError(f"face {points.faces[inside][0]} has zero area, so no points inside; give one of its corners")
-    division = _Division(mesh)
+    division = Division(mesh)
     vertices = [
         int(corners[0]) if face < 0 else division.insert(int(face), weights)
         for face, corners, weights in zip(points.faces, points.corners, points.weights, strict=True)
@@ -61,46 +64,66 @@ def insert_points(mesh: TriangleMesh, points: SurfacePoints) -> InsertedPoints:
     return division.result(vertices)
 
 
-class _Division:
+class Division:
     """Faces that have been divided: their parts, and the barycentric coordinates of the corners of these."""
 
     def __init__(self, mesh: TriangleMesh) -> None:
         self._mesh = mesh
+        self._edges = mesh.edge_table.of_faces
+        self._at_edges = counting_order(self._edges.ravel()) // 3
+        self._starts = np.append(0, np.cumsum(mesh.edge_table.face_counts))
+        #: Edges of parts that stay edges: of curves.
+        self.fixed: set[frozenset[int]] = set()
         self._points: list[Floats] = []
         self._parts: dict[int, list[tuple[int, ...]]] = {}
-        self._weights: dict[tuple[int, int], Floats] = {}
+        self._weights: dict[tuple[int, int], Weights] = {}
 
     def insert(self, face: int, weights: Floats) -> int:
         """Return the vertex at a point, which is a new one unless there is one."""
-        shares = [(np.linalg.solve(self._corners(face, part).T, weights), part) for part in self._parts_of(face)]
-        share, part = max(shares, key=lambda item: float(item[0].min()))
-        share = np.where(share < ON_EDGE, 0.0, share) / share.sum()
-        at = [(v, s) for v, s in zip(part, share, strict=True) if s]
+        shares = [(self._shares(face, part, weights), part) for part in self._parts_of(face)]
+        share, part = max(shares, key=lambda item: min(item[0]))
+        total = sum(s for s in share if s >= ON_EDGE)
+        at = [(v, s / total) for v, s in zip(part, share, strict=True) if s >= ON_EDGE]
         if len(at) == 1:
             return at[0][0]
         new = self._mesh.n_vertices + len(self._points)
-        self._points.append(weights @ self._mesh.vertices[self._mesh.faces[face]])
         faces = [face]
         if len(at) == 2:
-            edge = np.flatnonzero((self._weights[face, at[0][0]] == 0) & (self._weights[face, at[1][0]] == 0))
-            if len(edge):
-                of_faces = self._mesh.edge_table.of_faces
-                faces = np.flatnonzero((of_faces == of_faces[face, edge[0]]).any(axis=1)).tolist()
+            (a, _), (b, _) = at
+            if (whole := frozenset((a, b))) in self.fixed:
+                self.fixed -= {whole}
+                self.fixed |= {frozenset((v, new)) for v in whole}
+            one, other = self._weights[face, a], self._weights[face, b]
+            if edge := [k for k in range(3) if one[k] == 0 and other[k] == 0]:
+                e = self._edges[face, edge[0]]
+                faces = np.sort(self._at_edges[self._starts[e] : self._starts[e + 1]]).tolist()
+        self._points.append(weights @ self._mesh.vertices[self._mesh.faces[face]])
         for f in faces:
             parts = self._parts_of(f)
-            whole = part if len(at) == 3 else next(p for p in parts if at[0][0] in p and at[1][0] in p)
-            for p in [whole] if len(at) == 3 else [p for p in parts if at[0][0] in p and at[1][0] in p]:
+            for p in [part] if len(at) == 3 else [p for p in parts if at[0][0] in p and at[1][0] in p]:
                 parts.remove(p)
                 parts += [tuple(new if u == v else u for u in p) for v, _ in at]
-            self._weights[f, new] = np.sum([s * self._weights[f, v] for v, s in at], axis=0)
+            self._weights[f, new] = _combined([s for _, s in at], [self._weights[f, v] for v, _ in at])
         return new
+
+    def _shares(self, face: int, part: tuple[int, ...], weights: Floats) -> Weights:
+        """Return the barycentric coordinates in a part of a point in the face."""
+        if len(self._parts[face]) > 1:
+            weights = np.linalg.solve(self._corners(face, part).T, weights)
+        x, y, z = weights.tolist()
+        return x, y, z
+
+    def _place(self, face: int, v: int) -> complex:
+        """Return two barycentric coordinates of a vertex in a face."""
+        _, b, c = self._weights[face, v]
+        return complex(b, c)
 
     def _parts_of(self, face: int) -> list[tuple[int, ...]]:
         """Return the parts of a face, at first the face."""
         if face not in self._parts:
             corners = tuple(self._mesh.faces[face].tolist())
             self._parts[face] = [corners]
-            self._weights |= {(face, v): np.eye(3)[k] for k, v in enumerate(corners)}
+            self._weights |= {(face, v): unit for v, unit in zip(corners, _UNITS, strict=True)}
         return self._parts[face]
 
     def _corners(self, face: int, part: tuple[int, ...]) -> Floats:
@@ -122,3 +145,9 @@ class _Division:
             corners = np.concatenate([corners, [self._corners(*item) for item in rest]])
         divided = TriangleMesh(np.concatenate([mesh.vertices, *(p[None] for p in self._points)]), faces)
         return InsertedPoints(divided, np.array(vertices), parents, corners)
+
+
+def _combined(shares: list[float], corners: list[Weights]) -> Weights:
+    """Return the sum of barycentric coordinates times shares."""
+    x, y, z = (sum(s * w[k] for s, w in zip(shares, corners, strict=True)) for k in range(3))
+    return x, y, z

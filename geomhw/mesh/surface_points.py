@@ -35,6 +35,9 @@ class SurfacePoints:
     filled : (k,) bool array
         Whether each point is a vertex of a filled region, which contains all edges and faces between its vertices. By
         default none is.
+    segments : (s, 3) integer array
+        Segments between points that belong to them: two indices of points and a face that contains both. By default
+        there are none.
 
     Examples
     --------
@@ -48,8 +51,11 @@ class SurfacePoints:
     corners: Ints
     weights: Floats
     filled: Any = None
+    segments: Any = None
 
     def __post_init__(self) -> None:
+        if self.segments is None:
+            object.__setattr__(self, "segments", np.empty((0, 3), dtype=np.int64))
         if self.filled is None:
             object.__setattr__(self, "filled", np.zeros(len(self.faces), dtype=bool))
 
@@ -57,8 +63,24 @@ class SurfacePoints:
         return len(self.faces)
 
     def __getitem__(self, which: Ints) -> "SurfacePoints":
-        """Select points by an index array or a mask."""
-        return SurfacePoints(self.faces[which], self.corners[which], self.weights[which], self.filled[which])
+        """Select points by an index array or a mask, with the segments between them."""
+        segments = self.segments
+        if len(segments):
+            place = np.full(len(self), -1)
+            chosen = np.arange(len(self))[which]
+            place[chosen] = np.arange(len(chosen))
+            ends = place[segments[:, :2]]
+            segments = np.column_stack([ends, segments[:, 2]])[(ends >= 0).all(axis=1)]
+        return SurfacePoints(self.faces[which], self.corners[which], self.weights[which], self.filled[which], segments)
+
+    def unique(self) -> "SurfacePoints":
+        """Return each of equal points once, with all segments of positive length."""
+        first, group = self.distinct()
+        found, segments = self[first], self.segments
+        if len(segments):
+            ends = group[segments[:, :2]]
+            segments = np.column_stack([ends, segments[:, 2]])[ends[:, 0] != ends[:, 1]]
+        return replace(found, segments=segments)
 
     def split(self) -> list["SurfacePoints"]:
         """Return each point on its own."""
@@ -82,6 +104,17 @@ class SurfacePoints:
     def positions(self, mesh: TriangleMesh) -> Floats:
         """Return the coordinates of the points, (k, 3)."""
         return np.asarray(np.einsum("kc,kcx->kx", self.weights, mesh.vertices[self.corners]))
+
+    def corner_weights(self) -> list[dict[int, float]]:
+        """Return the barycentric coordinates of each point that are not zero, by vertex."""
+        rows = zip(self.corners.tolist(), self.weights.tolist(), strict=True)
+        return [{v: w for v, w in zip(corners, weights, strict=True) if w > 0} for corners, weights in rows]
+
+    def groups(self) -> Ints:
+        """Return the number of the curve or point that each point belongs to, (k,); segments join points to curves."""
+        from geomhw.mesh.topology import linked_components
+
+        return linked_components(self.segments[:, 0], self.segments[:, 1], len(self))
 
     def impulse(self, n: int, values: Floats | float = 1.0) -> Floats:
         """Distribute values, (k,), to the corners of their faces: the load vector, (n,), of a sum of Dirac impulses.
@@ -117,7 +150,14 @@ class SurfacePoints:
         return ranked[first], group
 
     def report(self) -> list[Any]:
-        """Return the points as plain JSON values: a vertex index, or a face with barycentric coordinates."""
+        """Return the points as plain JSON values: a vertex index, or a face with barycentric coordinates.
+
+        Points that segments join are one entry, a curve with its number of points.
+        """
+        if len(self.segments):
+            first, sizes = np.unique(self.groups(), return_index=True, return_counts=True)[1:]
+            alone = self[first].report()
+            return [name if size == 1 else {"curve": int(size)} for name, size in zip(alone, sizes, strict=True)]
         return [
             int(corners[0]) if face < 0 else {"face": int(face), "barycentric": weights.tolist()}
             for face, corners, weights in zip(self.faces, self.corners, self.weights, strict=True)
@@ -132,6 +172,8 @@ def point_name(reported: Any) -> str:
     """Return an entry of `SurfacePoints.report` as text."""
     if isinstance(reported, int):
         return str(reported)
+    if "curve" in reported:
+        return f"curve of {reported['curve']} points"
     return f"face {reported['face']} ({', '.join(f'{b:.6g}' for b in reported['barycentric'])})"
 
 
@@ -146,8 +188,11 @@ def concatenate(parts: Sequence[SurfacePoints]) -> SurfacePoints:
     """
     if len(parts) == 1:
         return parts[0]
+    starts = np.cumsum([0, *map(len, parts)])
+    segments = [part.segments + np.array([start, start, 0]) for part, start in zip(parts, starts, strict=False)]
     names = ("faces", "corners", "weights", "filled")
-    return SurfacePoints(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
+    faces, corners, weights, filled = (np.concatenate([getattr(part, name) for part in parts]) for name in names)
+    return SurfacePoints(faces, corners, weights, filled, np.concatenate(segments))
 
 
 def vertex_points(mesh: TriangleMesh, vertices: Sequence[int] | Ints) -> SurfacePoints:

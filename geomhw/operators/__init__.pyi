@@ -28,6 +28,7 @@ from .divergence import divergence_of as divergence_of
 from .edge_directions import carried_to_faces as carried_to_faces
 from .edge_directions import edge_ends as edge_ends
 from .edge_directions import plane_frames as plane_frames
+from .edge_vectors import edge_connection_stiffness as edge_connection_stiffness
 from .gradient import gradient as gradient
 from .gradient import gradient_of as gradient_of
 from .gradient import hat_gradients as hat_gradients

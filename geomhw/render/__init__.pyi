@@ -1,7 +1,10 @@
 from .cell_pictures import cells_picture as cells_picture
+from .cell_pictures import pieces_picture as pieces_picture
 from .cell_pictures import samples_picture as samples_picture
 from .curve_pictures import curve_picture as curve_picture
+from .curve_pictures import isoline_picture as isoline_picture
 from .curve_pictures import log_picture as log_picture
+from .curve_pictures import signed_picture as signed_picture
 from .direction_picture import direction_picture as direction_picture
 from .field_pictures import bracket_picture as bracket_picture
 from .field_pictures import derivative_picture as derivative_picture

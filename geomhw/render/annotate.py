@@ -112,7 +112,7 @@ def labels(
         width, height = text_width(text, size, bold=True), 1.25 * size
         spots = [_inside(spot, box) for spot in _spots(place, width, height, gap)]
         covered = [
-            10 * sum(_overlap(spot, other) for other in full) / (width * height) + _filled(ink, spot) + 0.05 * number
+            10 * sum(overlap(spot, other) for other in full) / (width * height) + _filled(ink, spot) + 0.05 * number
             for number, spot in enumerate(spots)
         ]
         spot = spots[int(np.argmin(covered))]
@@ -147,6 +147,6 @@ def _inside(spot: Box, box: Box) -> Box:
     return (spot[0] + right, spot[1] + down, spot[2] + right, spot[3] + down)
 
 
-def _overlap(a: Box, b: Box) -> float:
+def overlap(a: Box, b: Box) -> float:
     """Return the area of the intersection of two boxes."""
     return max(0.0, min(a[2], b[2]) - max(a[0], b[0])) * max(0.0, min(a[3], b[3]) - max(a[1], b[1]))

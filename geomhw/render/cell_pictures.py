@@ -1,4 +1,4 @@
-"""Pictures of Voronoi cells and of sample points on a mesh."""
+"""Pictures of Voronoi cells, pieces of a mesh and sample points."""
 
 from collections.abc import Sequence
 
@@ -71,6 +71,18 @@ def cells_picture(
         curves=[Curves(borders, *BORDER), *curves],
     )
     return draw(divided, [panel], view=choose_view(mesh, [marker.vertex for marker in markers], look), look=look)
+
+
+def pieces_picture(result: Result, look: Look = AUTOMATIC) -> Picture:
+    """Draw the pieces of a mesh, the face array ``piece``, one color each, with their boundaries.
+
+    Errors are those of `cells_picture`.
+    """
+    mesh = result.mesh
+    colors = CELLS[np.asarray(result["piece"]) % len(CELLS)]
+    borders = mesh.vertices[mesh.edges[mesh.edge_table.face_counts == 1]]
+    panel = Panel(surface=Surface(colors.astype(np.uint8), "face"), curves=[Curves(borders, *BORDER)])
+    return draw(mesh, [panel], look=look)
 
 
 def samples_picture(mesh: TriangleMesh, points: SurfacePoints, look: Look = AUTOMATIC) -> Picture:

@@ -7,15 +7,20 @@ import numpy as np
 from geomhw.arrays import Floats
 from geomhw.mesh.surface_points import SurfacePoints
 from geomhw.mesh.triangle_mesh import TriangleMesh
-from geomhw.render.layers import Curves, Panel, Surface
+from geomhw.render.colors import plain_number, round_spacing
+from geomhw.render.layers import Curves, Marker, Panel, Surface
 from geomhw.render.look import AUTOMATIC, Look
 from geomhw.render.panels import Picture, draw
 from geomhw.render.source_marks import FARTHEST_COLOR, SOURCE_COLOR, source_marks
-from geomhw.render.view import choose_view
+from geomhw.render.view import View, choose_view, landmarks
 from geomhw.results import Cloud, Result
 
 #: Curves are dark with a lighter outline, a halo.
 CURVE, HALO = ("#14171c", 3.0), ("#ffffff", 7.0)
+#: Isolines of signed distance, at most.
+SIGNED_ISOLINES = 20
+#: Isolines are thinner.
+ISOLINE = ("#14171c", 1.8)
 #: Meshes of at most this number of faces are subdivided for the checkerboard.
 FEW_FACES = 50_000
 #: Squares of the checkerboard from the source to the farthest vertex, and their colors, RGB from 0 to 1.
@@ -56,6 +61,84 @@ def curve_picture(
     view = choose_view(mesh, mesh.faces[np.asarray(curves["face"]), 0].tolist(), look)
     panel = Panel(markers=markers, curves=[*layers, *(curve for _, more in found for curve in more)])
     return draw(mesh, [panel], view=view, look=look)
+
+
+def isoline_picture(mesh: TriangleMesh, values: Floats, curves: Cloud, name: str, look: Look = AUTOMATIC) -> Picture:
+    """Draw isolines, each level with its value, on a surface colored by the function.
+
+    Parameters
+    ----------
+    mesh : TriangleMesh
+    values : (n,) array
+    curves : Cloud
+        Of `Isolines`.
+    name : str
+        Of the function, under the color bar.
+    look : Look
+        View, width and colors.
+
+    Returns
+    -------
+    (height, width, 3) array, uint8
+
+    Raises
+    ------
+    RenderError
+        If there is no OpenGL on this machine.
+    """
+    view = choose_view(mesh, landmarks(mesh, ()), look)
+    lines = Curves(curves.segments, *ISOLINE)
+    surface = Surface(values, label=name)
+    panel = Panel(surface=surface, curves=[lines], markers=_level_labels(mesh, curves, view))
+    return draw(mesh, [panel], view=view, look=look)
+
+
+def _level_labels(mesh: TriangleMesh, curves: Cloud, view: View) -> list[Marker]:
+    """Return a label for each level: on its longest line, where the surface faces the viewer most."""
+    levels, lengths = np.asarray(curves["level"]), np.asarray(curves["length"])
+    path, face = np.asarray(curves["path"]), np.asarray(curves["face"])
+    toward = mesh.face_normals[face] @ view.axes[2]
+    markers = []
+    for level in np.unique(levels):
+        longest = np.flatnonzero(levels == level)[lengths[levels == level].argmax()]
+        points = np.flatnonzero(path == longest)
+        best = points[toward[points].argmax()]
+        text = plain_number(float(level), 4)
+        markers.append(Marker(int(mesh.faces[face[best], 0]), text, CURVE[0], curves.points[best], disc=False))
+    return markers
+
+
+def signed_picture(result: Result, look: Look = AUTOMATIC) -> Picture:
+    """Draw signed distance in diverging colors, white at zero, with isolines and the curve on top.
+
+    Parameters
+    ----------
+    result : Result
+        Of `signed_distance`.
+    look : Look
+        View, width, colors and isolines.
+
+    Returns
+    -------
+    (height, width, 3) array, uint8
+
+    Raises
+    ------
+    RenderError
+        If there is no OpenGL on this machine.
+    """
+    mesh, values, sources = result.mesh, np.asarray(result["signed_distance"]), result.sources
+    known = np.abs(values[np.isfinite(values)])
+    largest = float(known.max(initial=0.0))
+    spacing = round_spacing(2 * largest, SIGNED_ISOLINES) if largest > 0 else 0
+    surface = Surface(values, colormap="RdBu_r", symmetric=True, isolines=spacing, label="signed distance [mesh units]")
+    curves = []
+    if sources is not None:
+        segments = sources.positions(mesh)[sources.segments[:, :2]]
+        curves = [Curves(segments, *style) for style in (HALO, CURVE)]
+    corners = [] if sources is None else mesh.faces[sources.segments[:, 2], 0].tolist()
+    panel = Panel(surface=surface, curves=curves)
+    return draw(mesh, [panel], view=choose_view(mesh, corners, look), look=look)
 
 
 def log_picture(result: Result, look: Look = AUTOMATIC) -> Picture:

@@ -109,6 +109,7 @@ class Marker:
 
     point: (3,), a point in a face of the vertex, marked instead of the vertex.
     vector: (3,), an arrow from the mark, in front of everything; length 1 is the shorter side of the panel.
+    disc: whether to draw the disc; without it, the label is in its place, unless the surface hides it.
     """
 
     vertex: int
@@ -116,6 +117,7 @@ class Marker:
     color: Color = "#d62728"
     point: Floats | None = None
     vector: Floats | None = None
+    disc: bool = True
 
     def position(self, vertices: Floats) -> Floats:
         """Return the marked position, (3,), on a mesh with these vertices."""

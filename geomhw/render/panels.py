@@ -22,7 +22,7 @@ import numpy as np
 from geomhw.arrays import Floats
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.render import annotate
-from geomhw.render.canvas import Box, Canvas
+from geomhw.render.canvas import Box, Canvas, text_width
 from geomhw.render.colors import Shades, plain_number, round_below, shade
 from geomhw.render.flow_lines import styled
 from geomhw.render.layers import Arrows, Marker, Panel, Surface
@@ -171,6 +171,10 @@ class Drawing:
         taken: list[Box] = []
         hinted = False
         for marker, place, shown in zip(markers, places, seen, strict=True):
+            if not marker.disc:
+                if shown:
+                    self._text_at(canvas, marker, place, taken)
+                continue
             radius = (0.3 if marker.vector is not None else 0.4) * layout.text
             annotate.disc(canvas, place, radius, marker.color, not shown, theme.halo)
             if marker.vector is not None:
@@ -187,6 +191,17 @@ class Drawing:
         ink[layout.title : layout.title + layout.stage] = stage.covered[middle::SUPERSAMPLING, middle::SUPERSAMPLING]
         box = (4, layout.title, layout.width - 4, layout.title + layout.stage)
         annotate.labels(canvas, texts, ink, box, round(1.05 * layout.text), theme, taken)
+
+    def _text_at(self, canvas: Canvas, marker: Marker, place: Floats, taken: list[Box]) -> None:
+        """Draw the label of a marker centered at a place, unless another one is there."""
+        size = float(self.layout.text)
+        half = np.array([text_width(marker.label, size, bold=True) / 2, 0.6 * size])
+        (left, top), (right, low) = (place - half).tolist(), (place + half).tolist()
+        box: Box = (left, top, right, low)
+        if not any(annotate.overlap(box, other) for other in taken):
+            taken.append(box)
+            x, y = place.tolist()
+            canvas.text(x, y, marker.label, size, marker.color, bold=True, halo=self.look.theme.halo)
 
     def _legend(self, canvas: Canvas, panel: Panel, shades: Shades | None, box: Box) -> None:
         """Draw the color bar of a panel, and its note or the key of its arrows, below the top of a box."""

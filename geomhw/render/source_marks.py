@@ -1,5 +1,7 @@
 """Marks of sources in a picture: discs for few, edges and crosses for many."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from geomhw.arrays import Floats
@@ -22,6 +24,11 @@ def source_marks(result: Result, color: Color, labels: bool = False) -> tuple[li
     mesh, sources = result.mesh, result.sources
     if sources is None:
         return [], []
+    if len(sources.segments):
+        lines = sources.positions(mesh)[sources.segments[:, :2]]
+        alone = np.setdiff1d(np.arange(len(sources)), sources.segments[:, :2])
+        markers, curves = source_marks(replace(result, sources=sources[alone]), color, labels)
+        return markers, [Curves(lines, color), *curves]
     if len(sources) > MOST_DISCS:
         return [], [Curves(_curves(mesh, sources), color)]
     nearest = sources.corners[np.arange(len(sources)), sources.weights.argmax(axis=1)]

@@ -26,6 +26,7 @@ ALLOWED = {
 _GROUND = {*ALLOWED, "options"}
 ALLOWED |= {
     "geodesic": _GROUND,
+    "curves": _GROUND | {"geodesic"},
     "transport": _GROUND | {"geodesic"},
     "flow": _GROUND,
     "fluid": _GROUND | {"flow"},

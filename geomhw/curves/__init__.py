@@ -1,0 +1,5 @@
+"""Curves on surfaces: isolines, traced polylines, cuts along them, signed distance."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -1,0 +1,142 @@
+"""The signed heat method: distance to curves, with the sign of a side, from their diffused normals.
+
+Feng, Crane: A Heat Method for Generalized Signed Distance. ACM Trans. Graph. 43(4), 2024.
+"""
+
+import numpy as np
+
+from geomhw.arrays import Complexes, Floats
+from geomhw.errors import ConvergenceError
+from geomhw.geodesic.auto_time import time_step
+from geomhw.geodesic.diffusion_time import TimeStep
+from geomhw.geodesic.edge_paths import edge_path_distance
+from geomhw.mesh.geometry import unit
+from geomhw.mesh.surface_points import SurfacePoints
+from geomhw.mesh.triangle_mesh import TriangleMesh
+from geomhw.operators.divergence import divergence_of
+from geomhw.operators.edge_vectors import (
+    edge_areas,
+    edge_connection_stiffness,
+    edge_directions,
+    edge_vectors_at_faces,
+)
+from geomhw.operators.laplacian import backward_euler, stiffness
+from geomhw.solvers.auto import LaplaceSolver
+from geomhw.solvers.direct import DirectSolver
+from geomhw.solvers.nullspace import free_unknowns, without_mean
+
+#: From this number of vertices on, multigrid is faster than a factorization for one solution.
+LARGE = 4000
+
+
+class SignedHeat:
+    """The signed heat method on one mesh: assembles once, then answers any curves.
+
+    Parameters
+    ----------
+    mesh : an oriented manifold mesh.
+    time : diffusion time as in `time_step`.
+
+    Raises
+    ------
+    MeshError
+        If the mesh is no oriented manifold, or a face has zero area.
+
+    References
+    ----------
+    Feng, Crane: A Heat Method for Generalized Signed Distance. ACM Trans. Graph. 43(4), 2024.
+    """
+
+    def __init__(self, mesh: TriangleMesh, time: str | float = "0.5*h2") -> None:
+        mesh.require_oriented("signed distance")
+        mesh.require_area()
+        self.mesh: TriangleMesh = mesh
+        self.time: TimeStep = time_step(time, mesh)
+        self._directions = edge_directions(mesh)
+        #: M + tL, (e, e).
+        self._matrix = backward_euler(edge_areas(mesh), edge_connection_stiffness(mesh, self._directions), self.time.t)
+
+    def __call__(self, curves: SurfacePoints) -> Floats:
+        """Return the signed distance of vertices from the segments of curves, (n,); inf on other components.
+
+        It is positive on the left of a segment, seen from outside, and zero in the mean over the segments.
+        """
+        mesh, middles = self.mesh, _segment_middles(self.mesh, curves)
+        X = self._diffused(_normals(mesh, curves, middles, self._directions), curves)  # I. (M + tL) X = X0
+        Y = unit(edge_vectors_at_faces(mesh, X, self._directions))  # II. Y = X / |X|
+        div = divergence_of(mesh, Y)
+        phi = self._integrated(div)  # III. Sφ = -Div Y
+        return _shifted(mesh, phi, curves, middles)
+
+    def _integrated(self, div: Floats) -> Floats:
+        """Return φ with Sφ = -Div Y, (n,), up to a constant on each component."""
+        mesh = self.mesh
+        S, free = stiffness(mesh), free_unknowns(mesh.components, mesh.unreferenced_vertices)
+        rhs = without_mean(-div, mesh.components)
+        if mesh.n_vertices >= LARGE:
+            try:
+                return LaplaceSolver(S, free, "multigrid", 1)(rhs)
+            except ConvergenceError:
+                pass
+        return LaplaceSolver(S, free, "direct", 1)(rhs)
+
+    def _diffused(self, rhs: Complexes, curves: SurfacePoints) -> Complexes:
+        """Return X at the edges of faces, (m, 3), times a factor per face, so that nothing underflows."""
+        mesh = self.mesh
+        start = np.full(mesh.n_vertices, np.inf)
+        start[mesh.faces[curves.segments[:, 2]]] = 0.0
+        arrival = edge_path_distance(mesh, np.flatnonzero(start == 0), start) / np.sqrt(self.time.t)
+        potential = arrival[mesh.edges].mean(axis=1)
+        reached = np.flatnonzero(np.isfinite(potential))
+        A = self._matrix if len(reached) == mesh.n_edges else self._matrix[reached][:, reached]
+        scaled = np.zeros(mesh.n_edges, dtype=complex)
+        try:
+            from geomhw.solvers.heat_sweeps import solve_scaled_by_sweeps
+
+            scaled[reached] = solve_scaled_by_sweeps(A, rhs[reached], potential[reached])
+        except ConvergenceError:
+            with np.errstate(under="ignore"):
+                scaled[reached] = DirectSolver(A, np.ones(len(reached), dtype=bool))(rhs[reached])
+            potential = np.where(np.isfinite(potential), 0.0, np.inf)
+        of = mesh.edge_table.of_faces
+        p = np.where(np.isfinite(potential), potential, 0.0)[of]
+        X = scaled[of] * np.exp(p.min(axis=1, keepdims=True) - p)
+        size = np.abs(X).max(axis=1, keepdims=True)
+        return np.divide(X, size, out=np.zeros_like(X), where=size > 0)
+
+
+def _normals(mesh: TriangleMesh, curves: SurfacePoints, middles: Floats, directions: Complexes) -> Complexes:
+    """Return X0, (e,): the left normals of segments, integrated along them with the basis functions of edges."""
+    i, j, face = curves.segments.T
+    positions = curves.positions(mesh)
+    along = positions[j] - positions[i]
+    left = np.cross(mesh.face_normals[face], along)
+    x = unit(mesh.opposite_edges[face, 0])
+    y = np.cross(mesh.face_normals[face], x)
+    in_face = np.einsum("sx,sx->s", left, x) + 1j * np.einsum("sx,sx->s", left, y)
+    values = in_face[:, None] * (1 - 2 * middles) * directions[face].conj()
+    rhs = np.zeros(mesh.n_edges, dtype=complex)
+    np.add.at(rhs, mesh.edge_table.of_faces[face], values)
+    return rhs
+
+
+def _segment_middles(mesh: TriangleMesh, curves: SurfacePoints) -> Floats:
+    """Return the barycentric coordinates, (s, 3), of the middles of segments in their faces."""
+    weights, corners = curves.corner_weights(), mesh.faces[curves.segments[:, 2]].tolist()
+    rows = zip(curves.segments[:, :2].tolist(), corners, strict=True)
+    return np.array([[sum(weights[k].get(v, 0.0) for k in ends) / 2 for v in row] for ends, row in rows])
+
+
+def _shifted(mesh: TriangleMesh, phi: Floats, curves: SurfacePoints, middles: Floats) -> Floats:
+    """Return φ with mean zero over the segments in each component; inf on components without one."""
+    i, j, face = curves.segments.T
+    positions = curves.positions(mesh)
+    length = np.linalg.norm(positions[j] - positions[i], axis=1)
+    component = mesh.components[mesh.faces[face, 0]]
+    at_curve = np.einsum("sk,sk->s", middles, phi[mesh.faces[face]])
+    size = int(mesh.components.max()) + 1
+    total = np.bincount(component, length, size)
+    with np.errstate(invalid="ignore"):
+        means = np.bincount(component, length * at_curve, size) / total
+    shifted = phi - means[mesh.components]
+    return np.where(np.isnan(shifted), np.inf, shifted)
