@@ -102,7 +102,7 @@ def batch(
 
     \b
     Examples:
-      geomhw batch geodesic data/sphere.off data/torus.off --out out -- --source 0
+      geomhw batch geodesic data/sphere.off data/torus.off --out out -- --source 0 --no-png
       geomhw batch info data --out check -- --check
       geomhw batch geodesic data/sphere.off --out all -- --all-pairs -o {out}/D.npy
     """

@@ -1,5 +1,6 @@
 """``geomhw extrema``: local maxima and minima of a function, separated by geodesic distance."""
 
+from math import inf
 from typing import Any
 
 from geomhw_cli import options
@@ -20,8 +21,8 @@ SHOWN = 5
     OptionGroup(
         "Method",
         option("--distance", "D", Number(0, LARGEST), "No vertex this near is more extreme.", default=0.0),
-        option("--above", "V", float, "Only maxima of this value or more."),
-        option("--below", "V", float, "Only minima of this value or less."),
+        option("--above", "V", Number(-inf, inf), "Only maxima of this value or more."),
+        option("--below", "V", Number(-inf, inf), "Only minima of this value or less."),
     ),
     FIELD_FILES,
     options.REPORT,

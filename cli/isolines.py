@@ -122,10 +122,11 @@ def isolines(
         wanted = _levels(function, levels, every, count or LEVELS, name)
         found = lines_at(mesh, function, wanted)
     if not len(found):
-        from geomhw.errors import FieldError
+        from geomhw.errors import ArgumentError, FieldError
 
         low, high = _range(function)
-        raise FieldError(f"{name} is from {low:.10g} to {high:.10g}, and has no isoline at {_listed(wanted)}")
+        error = ArgumentError if levels else FieldError
+        raise error(f"{name} is from {low:.10g} to {high:.10g}, and has no isoline at {_listed(wanted)}")
     job.write(
         found.cloud(),
         lambda cloud, look: isoline_picture(mesh, function, cloud, name, look),

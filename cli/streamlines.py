@@ -77,7 +77,7 @@ def streamlines(mesh_path: Path, field: str, spacing: float, files: dict[str, An
       geomhw streamlines data/sphere.off --field rigid:z -o lines.vtp --png lines.png
       geomhw streamlines data/creature.obj --field random:1 --spacing 50 --no-png -o lines.csv
     """
-    from geomhw.errors import FieldError
+    from geomhw.errors import ArgumentError, FieldError
     from geomhw.flow.even_streamlines import STOPS, default_spacing, even_streamlines
     from geomhw.render.field_pictures import streamlines_picture
 
@@ -87,6 +87,8 @@ def streamlines(mesh_path: Path, field: str, spacing: float, files: dict[str, An
         V = fields.flow(field, mesh)
     with job.stage("compute"):
         distance = default_spacing(mesh, spacing) if isinstance(spacing, int) else spacing
+        if distance**2 > mesh.face_areas.sum():
+            raise ArgumentError(f"the spacing, {distance:.6g}, is larger than the root of the area of the mesh")
         found = even_streamlines(mesh, V, distance)
         if not len(found):
             raise FieldError(f"the field is zero, or none of its streamlines is as long as the spacing, {distance:.6g}")

@@ -7,6 +7,7 @@ from typing import Any
 import click
 
 from geomhw_cli.options import option
+from geomhw_cli.specs.numbers import excerpt
 
 MAX_SHARDS = 1_000_000
 
@@ -53,7 +54,7 @@ class _Part(click.ParamType):  # type: ignore[type-arg]  # generic in later vers
             return value
         match = re.fullmatch(r"\s*(\d{1,9})\s*/\s*(\d{1,9})\s*", str(value))
         if not match or not 1 <= int(match[1]) <= int(match[2]) <= MAX_SHARDS:
-            self.fail(f"'{value}' is no part; give K/N with K from 1 to N, such as 2/5.", param, ctx)
+            self.fail(f"'{excerpt(str(value))}' is no part; give K/N with K from 1 to N, such as 2/5.", param, ctx)
         return ShardPart(int(match[1]), int(match[2]))
 
 

@@ -11,6 +11,7 @@ import pytest
 from geomhw.mesh.primitives import icosphere
 from geomhw.results import Field, Result
 from geomhw_cli.main import program
+from geomhw_cli.specs.arrays import MESH_ARRAY
 from geomhw_cli.specs.files import FormatName, InputFile, OutputFile, Spec
 from geomhw_cli.specs.looks import ColorMap, Isolines, Limits, ViewName
 from geomhw_cli.specs.numbers import Number
@@ -35,6 +36,14 @@ SHORT = {
     "spectrum": ["-k", "4", "-o", "r.vtp", "-q"],
     "killing": ["-k", "3", "-o", "r.vtp", "-q"],
     "design": ["-o", "r.vtp", "-q"],
+    "isolines": ["--array", "v.npy", "-o", "r.vtp", "-q"],
+    "split": ["--curve", "c.csv", "-o", "r.vtp", "-q"],
+    "signed": ["--curve", "c.csv", "-o", "r.vtp", "-q"],
+    "smooth": ["--array", "v.npy", "--fwhm", "1", "-o", "r.vtp", "-q"],
+    "gradient": ["--array", "v.npy", "-o", "r.vtp", "-q"],
+    "extrema": ["--array", "v.npy", "-o", "r.vtp", "-q"],
+    "rois": ["--center", "0", "--radius", "1", "-o", "r.vtp", "-q"],
+    "streamlines": ["--field", "rigid:x", "-o", "r.vtp", "-q"],
     "bracket": ["--field", "rigid:x", "--field", "rigid:y", "-o", "r.vtp", "-q"],
     "derive": ["--field", "rigid:x", "--along", "rigid:y", "-o", "r.vtp", "-q"],
     "push": ["--field", "rigid:x", "--by", "rigid:y", "--time", "0.1", "--frames", "2", "-o", "r.pvd", "-q"],
@@ -59,20 +68,38 @@ TEXTS = {
     ("voronoi", "--sites"): SOURCES,
     ("design", "--align"): [*(f"{source}:1,2,3" for source in SOURCES), "5:#,0,1", "5:#,#,#"],
     ("design", "--singularity"): ["5=#", "#=2", "face:5=#"],
+    ("signed", "--time"): ["#", "#*h2"],
+    ("streamlines", "--spacing"): ["#", "#.0"],
+    ("split", "--pieces"): [],
+    ("batch", "command_name"): [],
+    ("batch", "meshes"): [],
+    ("batch", "--out"): [],
+    ("batch", "--shard"): [],
+    ("batch", "--scheduler"): [],
+    ("geodesic", "--shard"): ["#/2", "1/#"],
+    ("geodesic", "--scheduler"): [],
     ("compare", "--ignore"): [],
     ("view", "--array"): [],
 }
 
-#: Types of the options of pictures.
+#: Types of the options of pictures, and of files of a mesh with an array.
 LOOKS = ViewName | Limits | Isolines | ColorMap
+MESH_ARRAYS = type(MESH_ARRAY.type)
 
 
 def numeric_options() -> Iterator[tuple[str, list[str]]]:
-    """Yield each command with an option and its values, in which # stands for the number."""
+    """Yield each command with an option and its values, in which # stands for the number.
+
+    An option that commands share, such as those of pictures, is tried with the first of them.
+    """
+    tried: list[click.Parameter] = []
     for name, command in program.commands.items():
         for option in command.params:
-            if not isinstance(option, click.Option):
+            if not isinstance(option, click.Option) or any(option is other for other in tried):
                 continue
+            if name == "batch":  # its only number is that of processes
+                continue
+            tried.append(option)
             if isinstance(option.type, Number):
                 yield name, [option.opts[0], *["#"] * option.nargs]
                 if option.nargs > 1:
@@ -89,9 +116,12 @@ def test_extreme_value(command: str, option: list[str], value: str, folder: Path
     """The value is used, or refused in one short sentence with exit code 2, before anything is written."""
     save_off(BALL)
     np.save("f.npy", BALL.face_centers)
+    np.save("v.npy", BALL.vertices[:, 2])
+    corners = BALL.vertices[BALL.faces[0, [0, 1, 2, 0]]]
+    np.savetxt("c.csv", corners, delimiter=",", header="x,y,z", comments="")
     before = files(folder)
     words = [part.replace("#", value) for part in option]
-    answer = run(command, "ball.off", *SHORT[command], *words)
+    answer = run(command, "ball.off", *SHORT.get(command, []), *words)
     assert answer.exit_code in (0, 2), answer.output
     if answer.exit_code:
         assert files(folder) == before
@@ -107,7 +137,15 @@ def test_every_option_is_known(command: str) -> None:
     for parameter in program.commands[command].params:
         own = isinstance(
             parameter.type,
-            Number | InputFile | OutputFile | FormatName | Spec | click.Choice | click.types.BoolParamType | LOOKS,
+            Number
+            | InputFile
+            | OutputFile
+            | FormatName
+            | Spec
+            | click.Choice
+            | click.types.BoolParamType
+            | LOOKS
+            | MESH_ARRAYS,
         )
         known = own or (command, parameter.opts[0]) in TEXTS
         assert known, f"{command} {parameter.opts[0]} has the type {parameter.type}"
