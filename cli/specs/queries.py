@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from geomhw.errors import FieldError
-from geomhw_cli.specs.sources import SourcePair, SourceSpecs, shortened_remarks, source_lines, source_pairs
+from geomhw_cli.specs.near_points import shortened_remarks
+from geomhw_cli.specs.sources import SourcePair, SourceSpecs, source_lines, source_pairs
 
 if TYPE_CHECKING:
     from geomhw.arrays import Floats, Ints

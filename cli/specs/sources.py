@@ -11,6 +11,7 @@ import click
 from geomhw.errors import ArgumentError, FieldError, FormatError
 from geomhw_cli.specs.curve_specs import CurveSpec, curve_files, is_curve
 from geomhw_cli.specs.files import add_input
+from geomhw_cli.specs.near_points import near_points, near_remarks, shortened_remarks, triple
 from geomhw_cli.specs.numbers import excerpt
 from geomhw_cli.specs.vertex_lists import VertexList, is_vertex_list, line_origin, vertices_on
 
@@ -27,8 +28,6 @@ SOURCE_HELP = (
 )
 #: Most sources that a report lists, and that a line lists; further ones are only counted.
 MAX_REPORTED, MAX_IN_LINE = 20, 8
-#: Distance from the surface, in diagonals of the mesh, beyond which a place in space is probably a mistake.
-FAR = 0.1
 
 _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _TRIPLE = f"{_NUMBER},{_NUMBER},{_NUMBER}"
@@ -63,12 +62,12 @@ class Spec:
         )
         try:
             if first is not None:
-                points = surface_points.vertex_range(mesh, int(first), int(self.parts["last"] or first))
+                points = surface_points.vertex_range(mesh, int(first), int(self.parts.get("last") or first))
                 return surface_points.region_points(mesh, points.vertices) if self.filled else points
             if face is not None:
-                return surface_points.face_point(mesh, int(face), _triple(weights) if weights else None)
+                return surface_points.face_point(mesh, int(face), triple(weights) if weights else None)
             if near is not None:
-                return nearest_point(mesh, _triple(near))
+                return nearest_point(mesh, triple(near))
             if axis is not None:
                 sign = 1 if self.parts["end"] == "max" else -1
                 vertex = surface_points.extreme_vertex(mesh, "xyz".index(axis), sign)
@@ -117,9 +116,13 @@ class SourceSpecs:
             return vertex_points(mesh, [default_source(mesh)])
         if (found := [spec for spec in self.specs if isinstance(spec, CurveSpec)]) and not curves:
             raise ArgumentError(f"'{excerpt(found[0].text)}' is a curve; give points here")
-        parts = [spec.resolve(mesh, remarks) if spec in found else spec.resolve(mesh) for spec in self.specs]
+        near = near_points(mesh, [spec.parts.get("near") for spec in self.specs])
+        parts = [
+            near.get(k) or (spec.resolve(mesh, remarks) if isinstance(spec, CurveSpec) else spec.resolve(mesh))
+            for k, spec in enumerate(self.specs)
+        ]
         if remarks is not None:
-            remarks += shortened_remarks(_near_remarks(mesh, self.specs, parts))
+            remarks += shortened_remarks(near_remarks(mesh, [spec.parts.get("near") for spec in self.specs], parts))
         return concatenate(parts)
 
     def vertices(self, mesh: "TriangleMesh") -> list[int]:
@@ -218,7 +221,7 @@ def _parse(text: str, origin: str = "") -> Iterator[Spec]:
             first, last = match["first"], match["last"]
             if last is not None and int(last) < int(first):
                 raise ValueError(f"'{first}-{last}' runs backward; give the smaller vertex first")
-            yield Spec(match.groupdict(), origin)
+            yield Spec({name: part for name, part in match.groupdict().items() if part is not None}, origin)
             start = match.end()
 
 
@@ -248,37 +251,6 @@ def _region(mesh: "TriangleMesh", field: str, value: str) -> "SurfacePoints":
     if not len(vertices):
         raise FieldError(f"{field} is {value} at no vertex of the surface")
     return region_points(mesh, vertices)
-
-
-def _near_remarks(
-    mesh: "TriangleMesh", specs: Sequence[Spec | VertexList | CurveSpec], parts: Sequence["SurfacePoints"]
-) -> list[str]:
-    """The distances of places in space from the surface, the largest first; those beyond `FAR` are warnings."""
-    from math import dist
-
-    from geomhw.mesh.nearest import bounding_box
-
-    places = [(near, part) for spec, part in zip(specs, parts, strict=True) if (near := spec.parts.get("near"))]
-    found = [(dist(_triple(near), part.positions(mesh)[0].tolist()), near) for near, part in places]
-    if not found:
-        return []
-    diagonal = dist(*(corner.tolist() for corner in bounding_box(mesh)))
-    return [
-        f"{'warning' if distance > FAR * diagonal else 'note'}: near:{near} is {distance:.4g} from the surface"
-        + (f", {distance / diagonal:.2%} of the diagonal of the mesh" if diagonal else "")
-        for distance, near in found
-    ]
-
-
-def shortened_remarks(lines: Sequence[str]) -> list[str]:
-    """The first remarks if there are many, warnings before notes, and the number of the others."""
-    ranked = sorted(lines, key=lambda line: not line.startswith("warning"))
-    rest = len(ranked) - MAX_IN_LINE
-    return [*ranked[:MAX_IN_LINE], *([f"note: {rest} more remarks on near: are left out"] if rest > 0 else [])]
-
-
-def _triple(text: str) -> list[float]:
-    return [float(number) for number in text.split(",")]
 
 
 def shortened(report: Mapping[str, Any]) -> dict[str, Any]:
