@@ -15,7 +15,7 @@ from geomhw_cli.options import INPUT, Choice, Choices, OptionGroup, choice, comm
 from geomhw_cli.output_options import VECTOR_FILES
 from geomhw_cli.runtime.accuracy import accuracy_lines
 from geomhw_cli.runtime.dask_cluster import SCHEDULER
-from geomhw_cli.runtime.distance_batch import compute_distances, compute_matrix
+from geomhw_cli.runtime.distance_batch import compute_distances
 from geomhw_cli.runtime.job import Job, robust_line, time_line
 from geomhw_cli.runtime.pictures import KINDS
 from geomhw_cli.specs.distance_methods import DistanceMethod
@@ -201,6 +201,8 @@ def geodesic(
         if limit is not None and may_be_sparse and not is_dense:
             if scheduler:
                 raise click.UsageError("--scheduler is not for sparse matrices, which use all cores; give --shard.")
+            from geomhw_cli.runtime.sparse_distances import compute_matrix
+
             compute_matrix(job, limit, mask, shard or WHOLE)
         else:
             compute_distances(

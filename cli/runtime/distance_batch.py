@@ -264,41 +264,6 @@ def _accuracy(solver: "HeatDistance", resolved: ResolvedQueries, refined: bool) 
     return {"exact": False, "of_sources": points.report(), **distance_errors(mesh, points, solver.rows([points])[0])}
 
 
-def compute_matrix(job: Job, limit: float, mask: MaskSpec | None, shard: ShardPart = WHOLE) -> None:
-    """Write the sparse matrix of exact distances between all vertices within a limit to the output of the job."""
-    from geomhw import __version__
-    from geomhw.geodesic.distance_matrix import symmetric_matrix
-    from geomhw.geodesic.exact import ExactDistance
-    from geomhw.io import write_matrix
-    from geomhw.io.artifacts.shards import write_shard
-    from geomhw_cli.runtime.sparse_shards import entries
-
-    require_writable(job.outputs, shard.extensions(EXTENSIONS["sparse"]))
-    mesh = job.read()
-    with job.stage("set up"):
-        part = MeshPart.of(mesh, mask).mesh
-        solver = ExactDistance(part)
-    n = mesh.n_vertices
-    with job.stage("compute"):
-        found = solver.pairs(limit, slice(shard.number - 1, None, shard.of))
-    stored = 2 * len(found[0]) - int((found[0] == found[1]).sum())
-    statistics = {"largest_distance": float(found[2].max(initial=0.0)), "unreachable": 0}
-    with job.stage("write"):
-        if not shard.is_whole:
-            run = {"version": __version__, "mesh": part.digest, "question": "--all-pairs", "limit": limit}
-            about = {"shape": [n, n], "stored": stored, **statistics}
-            write_shard(job.outputs[0], run, shard.number, shard.of, "sparse", about, lambda: [entries(*found)])
-        else:
-            write_matrix(job.outputs[0], symmetric_matrix(*found, n))
-    job.written.append(str(job.outputs[0]))
-    report = {"question": "all-pairs", "queries": n, **shard.report(), "shape": [n, n], "stored": stored}
-    lines = [f"sources: {n}", *shard.lines(), f"stored: {stored} distances within {limit:g}"]
-    lines.append(f"largest: {statistics['largest_distance']:.10g}")
-    job.finish(
-        mesh, report | {"largest_distance": statistics["largest_distance"], **solver.settings(), "limit": limit}, lines
-    )
-
-
 def _check_files(job: Job, queries: DistanceQueries, extensions: list[str], shard: ShardPart) -> None:
     """Raise an error unless there is one output, and it and the files of a partial run can be written."""
     if len(job.outputs) != 1:

@@ -28,7 +28,7 @@ def join(shards: "Sequence[Shard]", path: Path) -> dict[str, Any]:
     if shards[0].kind == "pairs":
         write_pairs(path, heapq.merge(*(shard.lines() for shard in shards), key=_line_number), about["dtype"])
     elif shards[0].kind == "sparse":
-        from geomhw_cli.runtime.sparse_shards import join_sparse
+        from geomhw_cli.runtime.sparse_distances import join_sparse
 
         join_sparse(shards, path)
         statistics |= {"stored": sum(shard.about["stored"] for shard in shards)}

@@ -1,4 +1,7 @@
-"""Shards of a sparse symmetric matrix: rows, columns and values of one of each two equal entries."""
+"""The sparse symmetric matrix of distances within a limit, whole or in shards.
+
+The data of a shard are rows, columns and values of one of each two equal entries.
+"""
 
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -6,6 +9,11 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+
+from geomhw_cli.runtime.job import Job
+from geomhw_cli.specs.files import require_writable
+from geomhw_cli.specs.masks import MaskSpec, MeshPart
+from geomhw_cli.specs.shards import WHOLE, ShardPart
 
 if TYPE_CHECKING:
     from geomhw.io.artifacts.shards import Shard
@@ -15,7 +23,41 @@ ENTRY = np.dtype([("row", "<i4"), ("column", "<i4"), ("value", "<f8")])
 _SORTED = 1 << 22
 
 
-def entries(rows: Any, columns: Any, values: Any) -> bytes:
+def compute_matrix(job: Job, limit: float, mask: MaskSpec | None, shard: ShardPart = WHOLE) -> None:
+    """Write the sparse matrix of exact distances between all vertices within a limit to the output of the job."""
+    from geomhw import __version__
+    from geomhw.geodesic.distance_matrix import symmetric_matrix
+    from geomhw.geodesic.exact import ExactDistance
+    from geomhw.io import write_matrix
+    from geomhw.io.artifacts.shards import write_shard
+
+    require_writable(job.outputs, shard.extensions([".npz"]))
+    mesh = job.read()
+    with job.stage("set up"):
+        part = MeshPart.of(mesh, mask).mesh
+        solver = ExactDistance(part)
+    n = mesh.n_vertices
+    with job.stage("compute"):
+        found = solver.pairs(limit, slice(shard.number - 1, None, shard.of))
+    stored = 2 * len(found[0]) - int((found[0] == found[1]).sum())
+    statistics = {"largest_distance": float(found[2].max(initial=0.0)), "unreachable": 0}
+    with job.stage("write"):
+        if not shard.is_whole:
+            run = {"version": __version__, "mesh": part.digest, "question": "--all-pairs", "limit": limit}
+            about = {"shape": [n, n], "stored": stored, **statistics}
+            write_shard(job.outputs[0], run, shard.number, shard.of, "sparse", about, lambda: [_entries(*found)])
+        else:
+            write_matrix(job.outputs[0], symmetric_matrix(*found, n))
+    job.written.append(str(job.outputs[0]))
+    report = {"question": "all-pairs", "queries": n, **shard.report(), "shape": [n, n], "stored": stored}
+    lines = [f"sources: {n}", *shard.lines(), f"stored: {stored} distances within {limit:g}"]
+    lines.append(f"largest: {statistics['largest_distance']:.10g}")
+    job.finish(
+        mesh, report | {"largest_distance": statistics["largest_distance"], **solver.settings(), "limit": limit}, lines
+    )
+
+
+def _entries(rows: Any, columns: Any, values: Any) -> bytes:
     """Return entries as the data of a shard."""
     found = np.empty(len(rows), dtype=ENTRY)
     found["row"], found["column"], found["value"] = rows, columns, values
