@@ -47,8 +47,13 @@ def test_arrows_and_source_are_seen() -> None:
     assert np.abs(np.mean(np.nonzero(source), axis=1) - middle).max() < 0.15 * PANEL_WIDTH
 
 
-@pytest.mark.parametrize("outward", [(1, 0), (-1, 0), (0, 1), (0, -1)])
-@pytest.mark.parametrize("shape", [(8, 8), (20, 8), (8, 20)])
+@pytest.mark.parametrize(
+    ("shape", "outward"),
+    [
+        *(((8, 8), outward) for outward in ((1, 0), (-1, 0), (0, 1), (0, -1))),
+        *((shape, outward) for shape in ((20, 8), (8, 20)) for outward in ((1, 0), (0, 1))),
+    ],
+)
 @pytest.mark.usefixtures("_no_labels")
 def test_source_arrow_stays_inside(shape: tuple[int, int], outward: tuple[int, int]) -> None:
     """The arrow of a source at the border stays inside the panel."""
