@@ -85,7 +85,7 @@ def killing(
       geomhw killing data/torus.off -o k.vtp --png k.png
       geomhw killing data/genus2.off --basis coexact --no-png -o flows.vtp
     """
-    from geomhw.render.killing_picture import killing_picture
+    from geomhw.render.field_pictures import killing_picture
     from geomhw.spectral.killing_fields import killing_fields
 
     if symmetric and antisymmetric:

@@ -50,7 +50,7 @@ class Task:
 
 
 def mesh_names(meshes: Sequence[str]) -> list[str]:
-    """A folder name for each mesh: its stem, numbered from the second of one name on, whatever its capitals."""
+    """Return a folder name for each mesh: its stem, with a number if an earlier mesh has it, in capitals or not."""
     taken: set[str] = set()
     names = []
     for mesh in meshes:

@@ -116,13 +116,14 @@ class SourceSpecs:
             return vertex_points(mesh, [default_source(mesh)])
         if (found := [spec for spec in self.specs if isinstance(spec, CurveSpec)]) and not curves:
             raise ArgumentError(f"'{excerpt(found[0].text)}' is a curve; give points here")
-        near = near_points(mesh, [spec.parts.get("near") for spec in self.specs])
+        places = [spec.parts.get("near") for spec in self.specs]
+        near = near_points(mesh, places)
         parts = [
             near.get(k) or (spec.resolve(mesh, remarks) if isinstance(spec, CurveSpec) else spec.resolve(mesh))
             for k, spec in enumerate(self.specs)
         ]
         if remarks is not None:
-            remarks += shortened_remarks(near_remarks(mesh, [spec.parts.get("near") for spec in self.specs], parts))
+            remarks += shortened_remarks(near_remarks(mesh, places, parts))
         return concatenate(parts)
 
     def vertices(self, mesh: "TriangleMesh") -> list[int]:

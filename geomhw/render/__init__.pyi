@@ -8,10 +8,10 @@ from .curve_pictures import signed_picture as signed_picture
 from .direction_picture import direction_picture as direction_picture
 from .field_pictures import bracket_picture as bracket_picture
 from .field_pictures import derivative_picture as derivative_picture
+from .field_pictures import killing_picture as killing_picture
 from .flow_pictures import contact_sheet as contact_sheet
 from .flow_pictures import flow_film as flow_film
 from .interactive import show_window as show_window
-from .killing_picture import killing_picture as killing_picture
 from .layers import Arrows as Arrows
 from .layers import Curves as Curves
 from .layers import Marker as Marker

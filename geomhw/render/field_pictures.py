@@ -1,4 +1,4 @@
-"""Pictures of tangent fields: the bracket of two, and the derivatives of one."""
+"""Pictures of tangent fields: the bracket of two, the derivatives of one, and approximate Killing fields."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from geomhw.arrays import Floats
+from geomhw.render.colors import plain_number
 from geomhw.render.layers import Arrows, Panel, Surface, arrow_scale
 from geomhw.render.look import AUTOMATIC, Look
 from geomhw.render.panels import Picture, draw
@@ -15,7 +16,9 @@ if TYPE_CHECKING:
     from geomhw.flow.even_streamlines import Streamlines
 
 #: Spacing of arrows as a fraction of the panel.
-SPACING = 0.04
+SPACING, KILLING_SPACING = 0.04, 0.045
+#: Killing fields in a picture, at most.
+SHOWN = 6
 
 
 def bracket_picture(result: Result, look: Look = AUTOMATIC, size: tuple[int, int] | None = None) -> Picture:
@@ -79,6 +82,36 @@ def derivative_picture(result: Result, look: Look = AUTOMATIC, size: tuple[int, 
     return draw(result.mesh, panels, size, columns=3, look=look)
 
 
+def killing_picture(result: Result, look: Look = AUTOMATIC, size: tuple[int, int] | None = None) -> Picture:
+    """Draw the first fields of least deformation, at most six.
+
+    Parameters
+    ----------
+    result : Result
+        Of `geomhw.spectral.killing_fields`.
+    look, size
+        As in `geodesic_picture`.
+
+    Returns
+    -------
+    (height, width, 3) array, uint8
+
+    Raises
+    ------
+    RenderError
+        If there is no OpenGL on this machine.
+    """
+    killing = result.report["gap"]["fields"]
+    panels = []
+    for i, (field, strain) in enumerate(zip(result.fields[:SHOWN], result.report["relative_strains"], strict=False)):
+        length = np.linalg.norm(np.asarray(field.values), axis=1)
+        kind = "Killing field" if i < killing else "field"
+        title = f"{kind} {i}, relative strain {plain_number(strain, 3)}"
+        surface = Surface(length, "face", span=(0.25, 1.0), limits=(0.0, float(length.max())), label="length")
+        panels.append(_arrows(result, title, field.name, surface, KILLING_SPACING))
+    return draw(result.mesh, panels, size, columns=min(len(panels), 3), look=look)
+
+
 def streamlines_picture(lines: "Streamlines", velocity: Floats, look: Look = AUTOMATIC) -> Picture:
     """Draw streamlines with heads, over the speed.
 
@@ -105,7 +138,7 @@ def streamlines_picture(lines: "Streamlines", velocity: Floats, look: Look = AUT
     return draw(lines.mesh, [Panel(surface=surface, arrows=[arrows])], look=look)
 
 
-def _arrows(result: Result, title: str, name: str, surface: Surface) -> Panel:
+def _arrows(result: Result, title: str, name: str, surface: Surface, spacing: float = SPACING) -> Panel:
     """Return a panel with one face field as arrows."""
     vectors = np.asarray(result[name])
-    return Panel(title, surface, arrows=[Arrows(vectors, scale=arrow_scale(vectors), spacing=SPACING)])
+    return Panel(title, surface, arrows=[Arrows(vectors, scale=arrow_scale(vectors), spacing=spacing)])

@@ -23,7 +23,7 @@ FLAT = 1e-5
 ROUNDING = 1e-10
 #: Least ratio of neighboring energies that is a gap, and largest energy, times area, of a Killing field, in h²/area.
 CLEAR, RESOLVED = 10.0, 100.0
-#: A connected surface has at most three independent Killing fields; gaps of so many components are looked for.
+#: Independent Killing fields of a connected surface, and components whose fields are looked for, at most.
 MOST_FIELDS, MOST_COMPONENTS = 3, 20
 
 

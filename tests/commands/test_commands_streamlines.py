@@ -46,7 +46,7 @@ def test_files_and_report() -> None:
 
 
 def test_number_of_streamlines() -> None:
-    """A whole number stands for the spacing of so many on a square of the area."""
+    """A whole number is a number of streamlines side by side on a square of the area of the mesh."""
     save_off(grid(9, 9), "sheet.off")
     answer = run("streamlines", "sheet.off", "--field", "rigid:z", "--spacing", "8", "--json", "-o", "s.vtp")
     assert json.loads(answer.stdout)["spacing"] == pytest.approx(1 / 8)

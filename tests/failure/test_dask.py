@@ -83,7 +83,7 @@ def test_a_batch_on_workers(cluster: Any, folder: Path) -> None:
 
 
 def test_without_a_scheduler(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """An address that does not answer, one that is none, and no Dask: one sentence, and no file."""
+    """An address that does not answer, a word that is no address, and no Dask: one sentence each, and no file."""
     save_off(icosphere(0))
     command = ["geodesic", "ball.off", "--all-pairs", "-o", "D.npy", "--scheduler"]
     monkeypatch.setattr("geomhw_cli.runtime.dask_cluster.PATIENCE", 1)

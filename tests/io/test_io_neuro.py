@@ -93,7 +93,7 @@ def test_labels_by_name(tmp_path: Path) -> None:
 
 
 def test_freesurfer_surfaces(tmp_path: Path) -> None:
-    """Triangles and both kinds of quads are known by their first bytes; the offset to the scanner is told."""
+    """Triangles and both kinds of quads are known by their first bytes; the report has the offset to the scanner."""
     info = {"head": [2, 0, 20], "valid": "1", "filename": "a", "volume": [9] * 3, "voxelsize": [1.0] * 3}
     info |= {f"{axis}ras": vector for axis, vector in zip("xyz", np.eye(3), strict=True)} | {
         "cras": np.array([0.5, -18, 20])

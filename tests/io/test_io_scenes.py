@@ -63,7 +63,7 @@ def test_seams_are_joined(tmp_path: Path) -> None:
 
 
 def test_3mf_parts(tmp_path: Path) -> None:
-    """Components and items multiply their transforms; a mirrored part keeps its orientation; the unit is told."""
+    """Components and items multiply their transforms; a mirrored part keeps its orientation; the unit is reported."""
     path = tmp_path / "a.3mf"
     path.write_bytes(threemf())
     result = read(path)

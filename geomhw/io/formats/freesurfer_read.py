@@ -33,7 +33,7 @@ def is_surface(head: bytes, size: int) -> bool:
 def read_freesurfer(name: str, data: bytes) -> Result:
     """Return the triangles, or the quads as triangles, of a surface; coordinates stay FreeSurfer's (tkRAS)."""
     if not is_surface(data, len(data)):
-        raise FormatError(f"{name} is no surface of FreeSurfer: its first three bytes are none of its marks")
+        raise FormatError(f"{name} is no surface of FreeSurfer: its first three bytes are not the mark of one")
     try:
         points, corners, width, end = _triangles(data) if data[:3] == _TRIANGLES else _quads(data)
     except ValueError as error:

@@ -197,7 +197,7 @@ def _decode(name: str, number: int, element: Element) -> NDArray[Any]:
 def _from_base64(text: bytes) -> bytes:
     text = b"".join(text.split())
     if not re.fullmatch(rb"[A-Za-z0-9+/]*={0,2}", text):
-        raise ValueError("base64 text holds a character that is none of it")
+        raise ValueError("base64 text holds a character that base64 does not have")
     return binascii.a2b_base64(text)
 
 
