@@ -55,7 +55,7 @@ def images(
                     foot, offset = (-foot, offset + side * foot) if parallel else (side - foot, offset)
                 child = windows[j]
                 child.left, child.right, child.x, child.y, child.next = low, high, foot, height, 0
-                child.offset = offset
+                child.offset, child.crossed = offset, w.crossed + 1
                 if first == 0:
                     first = j
                 elif flipped != mirrored:

@@ -19,7 +19,7 @@ from geomhw.compiled import compiled_in_place, compiled_inline
 from geomhw.geodesic.front import WAITING, Extent, Front, limit_at, limit_on_edge, pop, push, touch
 from geomhw.geodesic.unfolded_faces import CONVEX, Surface, angle, ends, next_corner, total_angle, triangle
 from geomhw.geodesic.window_images import above_line, continues, crossing_to, images
-from geomhw.geodesic.windows import IN_USE, TIE, allocate, insert, least_length, length_to, release, trim
+from geomhw.geodesic.windows import IN_USE, TIE, allocate, insert, least_length, length_to, release, tolerance, trim
 
 #: From this number of events of one halfedge on, its windows stay in the list after they have crossed. A window that
 #: returns there, for example round faces of zero area, is then no shorter than those in the list and ends.
@@ -75,7 +75,7 @@ def start_from_edges(surface: Surface, front: Front, halfedges: Ints, k: int) ->
             i = allocate(front.windows, front.counts, 0)
             w = front.windows[i]
             w.left, w.right, w.x, w.y, w.offset = 0.0, base, 0.0, -1.0, 0.0
-            w.next, w.origin, w.passed = 0, -1 - k - h, 0
+            w.next, w.origin, w.crossed, w.passed = 0, -1 - k - h, 0, 0
             touch(front, h)
             front.waiting[h] = i
             push(front, h, 0.0)
@@ -155,15 +155,15 @@ def _emit(
     ex, ey, ez, rx, ry, rz = q[0] - p[0], q[1] - p[1], q[2] - p[2], x - p[0], y - p[1], z - p[2]
     base, along = sqrt(ex * ex + ey * ey + ez * ez), ex * rx + ey * ry + ez * rz
     cross = sqrt((ey * rz - ez * ry) ** 2 + (ez * rx - ex * rz) ** 2 + (ex * ry - ey * rx) ** 2)
-    _reach(surface, front, low, d + sqrt(rx * rx + ry * ry + rz * rz), origin, -1, 0.0, within)
+    _reach(surface, front, low, d + sqrt(rx * rx + ry * ry + rz * rz), TIE, origin, -1, 0.0, within)
     far = sqrt((x - q[0]) ** 2 + (y - q[1]) ** 2 + (z - q[2]) ** 2)
-    _reach(surface, front, high, d + far, origin, -1, 0.0, within)
+    _reach(surface, front, high, d + far, TIE, origin, -1, 0.0, within)
     if base > 0 and (cross > 0 or 0 < along < base * base):
         i = allocate(front.windows, front.counts, 0)
         w = front.windows[i]
         w.left, w.right, w.x, w.offset = 0.0, base, along / base, d
         w.y = above_line(cross / base, w.x, base)
-        w.next, w.origin, w.passed = 0, origin, 0
+        w.next, w.origin, w.crossed, w.passed = 0, origin, 0, 0
         _deliver(surface, front, h, i, base, within)
 
 
@@ -183,7 +183,7 @@ def _cross_face(surface: Surface, front: Front, h: int, within: Extent) -> None:
         if not w.passed and least_length(w, x, y) < front.distance[face.apex]:
             t = min(max(w.split, w.left), w.right)
             d = length_to(w, t) + sqrt((x - t) ** 2 + y * y)
-            _reach(surface, front, face.apex, d, w.origin, h, t, within)
+            _reach(surface, front, face.apex, d, tolerance(w), w.origin, h, t, within)
         i = w.next
     at_low = images(
         windows, front.counts, first, face.base, face.left, face.cos_low, face.sin_low, False, face.low > face.apex
@@ -250,10 +250,18 @@ def _deliver(surface: Surface, front: Front, h: int, i: int, base: float, within
 
 @compiled_in_place
 def _reach(
-    surface: Surface, front: Front, v: int, d: float, origin: int, halfedge: int, entry: float, within: Extent
+    surface: Surface,
+    front: Front,
+    v: int,
+    d: float,
+    tie: float,
+    origin: int,
+    halfedge: int,
+    entry: float,
+    within: Extent,
 ) -> None:
-    """Set the distance of a vertex if it becomes shorter; the vertex becomes an event if paths may turn there."""
-    if d < front.distance[v] * (1 - TIE) and d <= limit_at(within, v):
+    """Set the distance of a vertex if it becomes shorter by more than a share; an event if paths may turn there."""
+    if d < front.distance[v] * (1 - tie) and d <= limit_at(within, v):
         if front.distance[v] == inf:
             touch(front, len(front.waiting) + v)
         front.distance[v], front.origin[v], front.halfedge[v], front.entry[v] = d, origin, halfedge, entry

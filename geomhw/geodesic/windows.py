@@ -19,14 +19,14 @@ from geomhw.arrays import Ints
 from geomhw.compiled import compiled_in_place
 
 #: ``offset`` is the distance of the point from the sources; ``origin`` its vertex, or -1-k for source point k;
-#: ``passed`` whether the window has been propagated across its face.
+#: ``crossed`` the number of faces between; ``passed`` whether the window has been propagated across its face.
 WINDOW = np.dtype(
     [(name, np.float64) for name in ("left", "right", "x", "y", "offset", "split")]
-    + [(name, np.int32) for name in ("next", "origin", "passed")],
+    + [(name, np.int32) for name in ("next", "origin", "crossed", "passed")],
     align=True,
 )
-#: Distances, lengths and places that agree up to this share are equal.
-TIE = 1e-14
+#: Distances, lengths and places that agree up to this share are equal; each face crossed adds to it by rounding.
+TIE, TIE_PER_FACE = 1e-14, 1e-16
 #: ``next`` of a record that is in no list.
 UNLINKED = -1
 #: Places in ``counts``: first released record, largest record in use, number of records in use.
@@ -59,6 +59,12 @@ def release(windows: Any, counts: Ints, i: int) -> None:
 
 
 @compiled_in_place
+def tolerance(window: Any) -> float:
+    """Share up to which a length through a window is known."""
+    return TIE + TIE_PER_FACE * window.crossed
+
+
+@compiled_in_place
 def length_to(window: Any, t: float) -> float:
     """Length of the path through a window to the place t on its edge."""
     if window.y < 0:
@@ -85,7 +91,8 @@ def trim(window: Any, d_low: float, d_high: float, base: float) -> float:
         return _trim_parallel(window, d_low, d_high, base)
     # Lengths from the two ends and at the window, less the offset.
     low, high, h = d_low - window.offset, d_high - window.offset, y * y
-    at_left, at_right = ((left - x) ** 2 + h) * (1 - TIE) ** 2, ((right - x) ** 2 + h) * (1 - TIE) ** 2
+    share = (1 - tolerance(window)) ** 2
+    at_left, at_right = ((left - x) ** 2 + h) * share, ((right - x) ** 2 + h) * share
     if _is_less(low + right, at_right) or _is_less(high + (base - left), at_left):
         return -1.0
     # t + D = |(t - x, y)|, at which both are equally long, is linear in t.
@@ -104,7 +111,8 @@ def trim(window: Any, d_low: float, d_high: float, base: float) -> float:
 def _trim_parallel(window: Any, d_low: float, d_high: float, base: float) -> float:
     """Cut a window of parallel lines as `trim` does."""
     left, right, low, high = window.left, window.right, d_low, d_high + base
-    at_left, at_right = length_to(window, left) * (1 - TIE), length_to(window, right) * (1 - TIE)
+    share = 1 - tolerance(window)
+    at_left, at_right = length_to(window, left) * share, length_to(window, right) * share
     if low + right < at_right or high - left < at_left:
         return -1.0
     if low + left < at_left:
@@ -205,7 +213,8 @@ def _gain(windows: Any, new: int, old: int, t: float) -> float:
     """
     d = length_to(windows[new], t)
     gain = d - length_to(windows[old], t)
-    return gain - TIE * d if windows[new].offset < windows[old].offset else gain + TIE * d
+    tie = max(tolerance(windows[new]), tolerance(windows[old])) * d
+    return gain - tie if windows[new].offset < windows[old].offset else gain + tie
 
 
 @compiled_in_place
@@ -238,7 +247,7 @@ def _crossing(windows: Any, new: int, old: int, low: float, high: float) -> floa
         q = -c * k + root if c * k < 0 else -c * k - root
         for u in (q / A, (k - D * b.y) * (k + D * b.y) / q):
             t = min(max(b.x + u, low), high)
-            if abs(_gain(windows, new, old, t)) <= 4 * TIE * length_to(a, t):
+            if abs(_gain(windows, new, old, t)) <= 4 * max(tolerance(a), tolerance(b)) * length_to(a, t):
                 return t
     falls, t = _gain(windows, new, old, high) < 0, (low + high) / 2
     while low < t < high:  # both roots are inaccurate, or lines are parallel

@@ -1,10 +1,14 @@
 """Exact distances: limits, targets and meshes that they refuse; loops over faces of zero area end."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
 from geomhw.errors import FieldError, MeshError
 from geomhw.geodesic.exact import ExactDistance
+from geomhw.geodesic.front import Front
+from geomhw.geodesic.windows import LAST
 from geomhw.mesh.primitives import grid
 from geomhw.mesh.surface_points import face_point, vertex_points
 from geomhw.mesh.triangle_mesh import TriangleMesh
@@ -90,3 +94,23 @@ def test_source_of_high_valence() -> None:
     assert len(front.windows) > n
     np.testing.assert_allclose(front.distance[1 : n + 1], 1.0, rtol=1e-9)
     np.testing.assert_allclose(front.distance[n + 1 :], 2.0, rtol=1e-9)
+
+
+def test_long_ribbon_with_straight_borders() -> None:
+    """In a ribbon of squares, paths along its border and beside it tie: rounding keeps no windows from each vertex."""
+    n = 16000
+    i, x = np.arange(n), np.arange(n + 1) * 3e-5
+    points = np.concatenate([np.stack([x, 0 * x, 0 * x], axis=1), np.stack([x, 0 * x + 3e-5, 0 * x], axis=1)])
+    faces = np.concatenate([np.stack([i, i + 1, n + 2 + i], axis=1), np.stack([i, n + 2 + i, n + 1 + i], axis=1)])
+    solver = ExactDistance(TriangleMesh(points, faces))
+    counts: list[int] = []
+
+    def counted(*arguments: Any) -> tuple[Front, float]:
+        front, radius = propagated(*arguments)
+        counts.append(int(front.counts[LAST]))
+        return front, radius
+
+    propagated, solver._propagated = solver._propagated, counted  # type: ignore[method-assign]
+    distance = solver.from_vertices([n // 2])["distance"]
+    np.testing.assert_allclose(distance, np.linalg.norm(points - points[n // 2], axis=1), rtol=1e-11)
+    assert counts[0] < 1000

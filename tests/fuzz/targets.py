@@ -33,6 +33,8 @@ from geomhw.mesh.triangle_mesh import TriangleMesh
 #: Four vertices, two faces: the mesh that fields are read for.
 SQUARE = TriangleMesh([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
 Target = Callable[[Path], Any]
+#: Processor time of the other process: less than in use, since meshio loops on many damaged files until it is stopped.
+SECONDS = 0.3
 
 
 def _field(key: str) -> Target:
@@ -48,6 +50,7 @@ def _external(path: Path) -> object:
         child = os.fork()
     if child == 0:
         with suppress(BaseException):
+            meshio_worker.SECONDS = SECONDS
             meshio_worker.limit(path.stat().st_size)
             with answer.open("wb") as stream:
                 meshio_worker.reply(path, "meshio", stream)

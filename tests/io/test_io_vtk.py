@@ -11,6 +11,7 @@ import pyvista
 from vtkmodules.vtkIOLegacy import vtkPolyDataWriter, vtkUnstructuredGridWriter
 from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter, vtkXMLUnstructuredGridWriter
 
+from geomhw.errors import FormatError
 from geomhw.io import read, write
 from geomhw.results import Field, Result
 from support.vtk_files import BY_HAND, MESH, RESULT, as_vtk
@@ -271,3 +272,13 @@ def test_who_reads_what(tmp_path, program, extension):
         answer = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
         found = answer.stdout.split() if answer.returncode == 0 else None
     assert found == (expected if expected is None else expected.split())
+
+
+@pytest.mark.parametrize("count", ["3", "5", "999999999999"])
+def test_a_piece_has_the_points_that_it_announces(tmp_path, count):
+    """Coordinates of another number than the piece announces are refused."""
+    path = tmp_path / "moo.vtp"
+    write(Result(MESH), path)
+    path.write_bytes(path.read_bytes().replace(b'NumberOfPoints="4"', f'NumberOfPoints="{count}"'.encode()))
+    with pytest.raises(FormatError, match=rf"{count} points, but coordinates of 4|4 rows where the file has {count}"):
+        read(path)

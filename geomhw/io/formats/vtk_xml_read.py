@@ -133,8 +133,11 @@ def _parse(data: bytes) -> tuple[Element, bytes, str]:
 
 
 def _dataset(piece: Element, arrays: "_Arrays", kind: str) -> Dataset:
-    points = piece.find("Points/DataArray")
+    coordinates = piece.find("Points/DataArray")
     n = int(piece.get("NumberOfPoints", "0"))
+    points = None if coordinates is None else arrays.decode(coordinates, n)
+    if points is not None and len(points) != n:
+        raise FormatError(f"{arrays.name}: a piece has {counted(n, 'point')}, but coordinates of {len(points)}")
     cells = []
     for tag, cell_type in _POLYDATA if kind == "PolyData" else (("Cells", None),):
         parts = arrays.by_name(piece.find(tag))
@@ -142,7 +145,7 @@ def _dataset(piece: Element, arrays: "_Arrays", kind: str) -> Dataset:
             types = parts["types"] if cell_type is None else cell_type
             cells.append(cells_from_offsets(arrays.name, parts["connectivity"], parts["offsets"], types))
     return Dataset(
-        points=None if points is None else arrays.decode(points, n),
+        points=points,
         cells=cells,
         vertex_arrays=arrays.by_name(piece.find("PointData"), n),
         cell_arrays=arrays.by_name(piece.find("CellData"), sum(len(part.sizes) for part in cells)),
@@ -190,6 +193,7 @@ class _Arrays:
 
     def decode(self, element: Element, rows: int | None = None) -> NDArray[Any]:
         """One array, (rows,) or (rows, components)."""
+        label = "an array without a name" if element.get("Name") is None else f"array '{element.get('Name')}'"
         kind = np.dtype(self.order + _TYPES[element.get("type", "")])
         width = int(element.get("NumberOfComponents") or 1)
         form, text = element.get("format", "ascii"), (element.text or "").strip().encode()
@@ -197,7 +201,7 @@ class _Arrays:
             try:
                 values = parse_array(text, kind.newbyteorder("="))
             except ValueError as error:
-                raise ValueError(f"array '{element.get('Name')}': {error}") from None
+                raise ValueError(f"{label}: {error}") from None
         else:
             coded = _Encoded(memoryview(text), True)
             if form == "appended":
@@ -207,9 +211,7 @@ class _Arrays:
                 plain = self._unpack(coded, size) if self.unpacker else self._plain(coded)
             except _Size as error:
                 found = int(str(error)) / max(width * kind.itemsize, 1)
-                raise FormatError(
-                    f"{self.name}: array '{element.get('Name')}' has {found:.8g} rows where the file has {rows}"
-                ) from None
+                raise FormatError(f"{self.name}: {label} has {found:.8g} rows where the file has {rows}") from None
             values = np.frombuffer(plain, dtype=kind)
         return values.reshape(-1, width) if width > 1 else values
 
