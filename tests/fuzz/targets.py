@@ -34,7 +34,7 @@ from geomhw.mesh.triangle_mesh import TriangleMesh
 SQUARE = TriangleMesh([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
 Target = Callable[[Path], Any]
 #: Processor time of the other process: less than in use, since meshio loops on many damaged files until it is stopped.
-SECONDS = 0.3
+SECONDS = 0.05
 
 
 def _field(key: str) -> Target:
