@@ -1,6 +1,7 @@
 """Numbers out of text: what ``float`` says of each, to the bit; and memory in proportion to the text."""
 
 import tracemalloc
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -10,11 +11,22 @@ from hypothesis import strategies as st
 
 from geomhw.errors import FormatError
 from geomhw.io import read, write
+from geomhw.io.formats import number_parsing, text_file
 from geomhw.io.formats.number_parsing import parse_numbers
 from geomhw.io.formats.text_file import TextFile
 from geomhw.mesh.primitives import icosphere
 from geomhw.results import Field, Result
 from support.number_texts import FIXED, FLOATS, WRITTEN, as_text, bits
+
+
+@pytest.fixture(scope="module", params=["numpy", "compiled"], autouse=True)
+def parser(request: pytest.FixtureRequest) -> Iterator[None]:
+    """Both parsers: the compiled one, which is for long texts, for all."""
+    with pytest.MonkeyPatch.context() as patch:
+        if request.param == "compiled":
+            patch.setattr(number_parsing, "LONG", 0)
+            patch.setattr(text_file, "LONG", 0)
+        yield
 
 
 @settings(max_examples=300, deadline=None)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from geomhw.arrays import Floats, Ints
 from geomhw.errors import FormatError
-from geomhw.io.formats.number_parsing import parse_numbers
+from geomhw.io.formats.number_parsing import LONG, parse_numbers
 
 _NUMBER = re.compile(rb"[+-]?(\d+(\.\d*)?([eE][+-]?\d+)?|\.\d+([eE][+-]?\d+)?|nan|inf(inity)?)", re.IGNORECASE)
 _TOKEN, _CONTROL = re.compile(rb"[^\x00-\x20]+"), re.compile(rb"[\x01-\x08\x0e-\x1f]")
@@ -80,9 +80,12 @@ class TextFile:
             text = _join_lines(text, continued)
         self._text = _blank_comments(text) if comments and b"#" in text else text
         offset = np.int32 if len(data) < 2**31 else np.int64
+        find = _token_lines
+        if len(data) >= LONG:
+            from geomhw.io.formats.decimal_numbers import token_lines as find
         heads, counts = [], [np.empty(0, offset)]
         for begin, end in _blocks(self._text):
-            block_heads, block_counts = _token_lines(np.frombuffer(self._text, np.uint8, end - begin, begin))
+            block_heads, block_counts = find(np.frombuffer(self._text, np.uint8, end - begin, begin))
             heads.append((block_heads + begin).astype(offset))
             counts.append(block_counts.astype(offset))
         self._heads: Ints = np.concatenate([*heads, np.array([len(whole)], offset)])
@@ -136,9 +139,9 @@ class TextFile:
             before = np.frombuffer(b" " + text, np.uint8)
             text = text.replace(b"/", b" ")
             is_main = before[token_starts(np.frombuffer(text, np.uint8))] != _SLASH
-        values = parse_numbers(text, np.int64) if integers else None
+        values = parse_numbers(text, np.int64, len(self._text)) if integers else None
         if values is None:
-            values = parse_numbers(text, np.float64)
+            values = parse_numbers(text, np.float64, len(self._text))
         if values is not None:
             values = values[is_main]
         if values is None or len(values) != self.counts[lines].sum() - bool(keyword) * len(lines):
@@ -194,7 +197,7 @@ def _blocks(text: bytes | bytearray) -> Iterator[tuple[int, int]]:
 
 
 def _token_lines(letters: NDArray[np.uint8]) -> tuple[Ints, Ints]:
-    """For each line with tokens, the offset of the first one and the number of them."""
+    """For each line with tokens, the offset of the first one and the number of them; as `token_lines`, by numpy."""
     starts = token_starts(letters)
     tokens_before = np.searchsorted(starts, np.append(np.flatnonzero(letters == _NEWLINE), len(letters)))
     counts = np.diff(tokens_before, prepend=0)
