@@ -9,7 +9,7 @@ import click
 from geomhw.wording import counted
 from geomhw_cli import options
 from geomhw_cli.options import INPUT, OUTPUT, OptionGroup, command, flag, is_given, option
-from geomhw_cli.output_options import FIELD_FILES
+from geomhw_cli.output_options import FIELD_FILES, MESH_FORMATS
 from geomhw_cli.runtime.curves import CURVE_EXTENSIONS, write_points
 from geomhw_cli.runtime.job import Job
 from geomhw_cli.specs.curves import read_curves
@@ -74,7 +74,7 @@ if TYPE_CHECKING:
         "Instead",
         option("--map map_spec", "FILE", Spec(array_files), f"Field that commutes with a vertex map: {MAP_HELP}."),
         option("--other other_path", "MESH2", INPUT, "Second mesh, to which --map goes: fields on both at once."),
-        option("--other-output", "FILE", OUTPUT, "Second mesh with its field: .vtk, .vtp, .vtu or .ply."),
+        option("--other-output", "FILE", OUTPUT, f"Second mesh with its field: {MESH_FORMATS}."),
         option(
             "--singularity singularities",
             "SPEC=INDEX",

@@ -8,11 +8,13 @@ from geomhw_cli.specs.files import FormatName, set_format
 from geomhw_cli.specs.looks import ColorMap, Isolines, Limits, ViewName
 from geomhw_cli.specs.numbers import Number
 
+#: Formats of a mesh with arrays, as help texts give them.
+MESH_FORMATS = ".vtk, .vtp, .vtu, .ply, .glb, .gii (.func.gii, .label.gii) or .csv"
 OUTPUT_FORMAT = option(
     "--output-format",
     "FORMAT",
     FormatName(),
-    "Format of -o - (standard output): vtk, vtp, vtu or ply. The report goes to stderr.  [default: that of --format]",
+    "Format of -o - (standard output): vtk, vtp, vtu, ply, glb, gii or csv. The report goes to stderr.  [default: that of --format]",
     expose_value=False,
     callback=set_format,
 )
@@ -54,7 +56,7 @@ def _files(what: str, *further: click.Option) -> OptionGroup:
 
 
 #: Files of a command that computes one field, vectors, curves on the mesh, or points on the mesh.
-FIELD_FILES = _files("Mesh with the computed arrays: .vtk, .vtp, .vtu or .ply.", OUTPUT_FORMAT)
+FIELD_FILES = _files(f"Mesh with the computed arrays: {MESH_FORMATS}.", OUTPUT_FORMAT)
 VECTOR_FILES = OptionGroup("Output", *FIELD_FILES.options, DRAW, name="files")
 CURVE_FILES = _files("Curves as polylines, .vtp, or as a table with a row per point, .csv.")
 POINT_FILES = _files("Points, .vtp, or as a table with a row per point, .csv.")

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from geomhw_cli.options import OUTPUT, REPORT, OptionGroup, command, option
-from geomhw_cli.output_options import OUTPUT_FORMAT
+from geomhw_cli.output_options import MESH_FORMATS, OUTPUT_FORMAT
 from geomhw_cli.runtime.job import mesh_line, print_json
 from geomhw_cli.specs.files import STANDARD, read_input, require_writable, write_outputs
 from geomhw_cli.specs.numbers import LARGEST, SMALLEST, Number
@@ -43,7 +43,7 @@ STEPS = {
             "-o --output outputs",
             "FILE",
             OUTPUT,
-            "Repaired mesh with the arrays of MESH: .vtk, .vtp, .vtu or .ply. May be repeated.",
+            f"Repaired mesh with the arrays of MESH: {MESH_FORMATS}. May be repeated.",
             multiple=True,
             required=True,
         ),
