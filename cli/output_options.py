@@ -14,7 +14,8 @@ OUTPUT_FORMAT = option(
     "--output-format",
     "FORMAT",
     FormatName(),
-    "Format of -o - (standard output): vtk, vtp, vtu, ply, glb, gii or csv. The report goes to stderr.  [default: that of --format]",
+    "Format of -o - (standard output): vtk, vtp, vtu, ply, glb, gii or csv. The report goes to stderr.  "
+    "[default: that of --format]",
     expose_value=False,
     callback=set_format,
 )

@@ -10,7 +10,7 @@ import numpy as np
 
 from geomhw.arrays import Floats, Ints
 from geomhw.compiled import compiled, compiled_in_place
-from geomhw.flow.nearby_lines import FlatFaces, flat_faces
+from geomhw.flow.flat_faces import FlatFaces, flat_faces
 from geomhw.flow.streamlines import ON_EDGE, FaceFlow, StreamlineTracer, enter_face
 from geomhw.mesh.triangle_mesh import TriangleMesh
 

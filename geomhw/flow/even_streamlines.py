@@ -12,7 +12,9 @@ from scipy.sparse.csgraph import dijkstra
 
 from geomhw.arrays import Floats, Ints
 from geomhw.errors import ArgumentError
-from geomhw.flow.nearby_lines import LineStore, flat_faces, search_room
+from geomhw.flow.flat_faces import flat_faces
+from geomhw.flow.nearby_lines import LineStore
+from geomhw.flow.search_windows import search_room
 from geomhw.flow.streamline_growth import FULL, Growth
 from geomhw.flow.streamline_seeds import Lines, neighbor_distances, seed_at, spread_lines
 from geomhw.flow.streamlines import StreamlineTracer

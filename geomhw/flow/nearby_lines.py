@@ -12,11 +12,9 @@ import numpy as np
 
 from geomhw.arrays import Floats, Ints
 from geomhw.compiled import compiled_in_place, compiled_inline
-from geomhw.mesh.topology import inner_pairs
-from geomhw.mesh.triangle_mesh import TriangleMesh
+from geomhw.flow.flat_faces import BOUNDARY, FlatFaces, corner_distance
+from geomhw.flow.search_windows import EQUAL, MOST_WAITING, Search, hit, is_nearer, push, push_vertex, reach
 
-#: Shortest paths turn at inner vertices whose angle exceeds 2π by more, in radians.
-SADDLE = 0.01
 #: A polyline has turned back where it is nearer to itself than this share of the length between, and that length is at
 #: least a share of ``along``.
 TURNED, WOUND = 0.3, 0.25
@@ -24,29 +22,6 @@ TURNED, WOUND = 0.3, 0.25
 INSIDE = 1e-8
 #: Angle from which a path that turns at a vertex goes on along an edge: π up to rounding.
 STRAIGHT = pi - 1e-9
-#: ``totals`` of vertices at the boundary.
-BOUNDARY = -1.0
-#: Distances are equal within this share.
-EQUAL = 1e-12
-#: Most windows that wait; later ones replace the first.
-MOST_WAITING = 1 << 17
-
-
-class FlatFaces(NamedTuple):
-    """Faces of a mesh laid flat. Edges of faces are numbered 3f + k, opposite corner k, from corner k + 1 to k + 2.
-
-    corners: (m, 3), vertices. across: (3m,), the number of each edge in the other face, -1 at the boundary. places:
-    (m, 3, 2), corners in the plane. feet, rises: (3m,), the place of corner k over edge 3f + k, as shares of its length
-    along it and away from it. angles: (3m,), of the corners. totals: (n,), the angle at each vertex, or `BOUNDARY`.
-    """
-
-    corners: Ints
-    across: Ints
-    places: Floats
-    feet: Floats
-    rises: Floats
-    angles: Floats
-    totals: Floats
 
 
 class LineStore(NamedTuple):
@@ -69,55 +44,6 @@ class LineStore(NamedTuple):
     first: Ints
 
 
-class Search(NamedTuple):
-    """Windows that wait, with the edge 3f + k that each enters a face f by: edges, (w,); planes, (w, 9).
-
-    A row of planes holds the ends of the edge, from corner k + 1 to k + 2, the ends of its visible part, relative to
-    the source, and the distance of the source from the point. Where shortest paths turn at corner k of a face, it is
-    -1 - (3f + k), with the places of corners k, k + 1 and k + 2, and the distance. reached, stamps: (n,), the shortest
-    distance at which a vertex was reached, and the number of that search. number: (1,), of searches.
-    """
-
-    edges: Ints
-    planes: Floats
-    reached: Floats
-    stamps: Ints
-    number: Ints
-
-
-def flat_faces(mesh: TriangleMesh) -> FlatFaces:
-    """Lay the faces of an edge-manifold mesh flat."""
-    one, other, _ = inner_pairs(mesh.edge_table)
-    across = np.full(3 * mesh.n_faces, -1)
-    across[one], across[other] = other, one
-    corner = mesh.vertices[mesh.faces]
-    edge = np.roll(corner, -2, axis=1) - np.roll(corner, -1, axis=1)
-    side = corner - np.roll(corner, -1, axis=1)
-    squares = np.einsum("fkx,fkx->fk", edge, edge)
-    feet = np.einsum("fkx,fkx->fk", side, edge) / squares
-    rises = 2 * mesh.face_areas[:, None] / squares
-    places, base = np.zeros((mesh.n_faces, 3, 2)), np.sqrt(squares[:, 0])
-    places[:, 2, 0], places[:, 0, 0], places[:, 0, 1] = base, feet[:, 0] * base, rises[:, 0] * base
-    totals: Floats = np.bincount(mesh.faces.ravel(), mesh.angles.ravel(), mesh.n_vertices).astype(float)
-    totals[mesh.boundary_vertices] = BOUNDARY
-    return FlatFaces(
-        np.array(mesh.faces, dtype=np.int64, order="C"),
-        across,
-        places,
-        feet.ravel(),
-        rises.ravel(),
-        np.array(mesh.angles.ravel()),
-        totals,
-    )
-
-
-def search_room(mesh: TriangleMesh) -> Search:
-    """Return room for the windows of searches."""
-    stamps, number = np.zeros(mesh.n_vertices, dtype=np.int64), np.zeros(1, dtype=np.int64)
-    windows = np.empty(MOST_WAITING, dtype=np.int64), np.empty((MOST_WAITING, 9))
-    return Search(*windows, np.empty(mesh.n_vertices), stamps, number)
-
-
 @compiled_in_place
 def nearest_line(
     flat: FlatFaces,
@@ -125,15 +51,15 @@ def nearest_line(
     search: Search,
     face: int,
     b: Floats,
-    reach: float,
+    limit: float,
     own: int,
     tip: float,
     along: float,
 ) -> tuple[float, int]:
-    """Return the distance from a point b of a face to the nearest polyline within reach, and its number.
+    """Return the distance from a point b of a face to the nearest polyline within a limit, and its number.
 
     Points of the polyline ``own`` count if their arc length differs from ``tip`` by at least ``along``, or by much more
-    than their distance; for a tip of NaN, none do. If there is no polyline, return the reach and -1.
+    than their distance; for a tip of NaN, none do. If there is no polyline, return the limit and -1.
     """
     x = y = total = 0.0
     search.number[0] += 1
@@ -145,15 +71,15 @@ def nearest_line(
     bx, by = flat.places[face, 1, 0] - x, flat.places[face, 1, 1] - y
     cx, cy = flat.places[face, 2, 0] - x, flat.places[face, 2, 1] - y
     zero = np.int64(0)  # a constant would be a type of its own, for which the loops are compiled once more
-    best, line, count = reach, zero - 1, zero
+    best, line, count = limit, zero - 1, zero
     best, line = _in_face(
         store, face, zero, ax, ay, bx, by, cx, cy, 0.0, 0.0, 0.0, 0.0, 0.0, own, tip, along, best, line
     )
     for k in range(3):
         # Corner k is (ax, ay) here.
-        count = _push(flat, search, count, 3 * face + k, bx, by, cx, cy, bx, by, cx, cy, 0.0)
-        _reach(search, flat.corners[face, k], sqrt(ax * ax + ay * ay))
-        count = _push_vertex(flat, search, count, face, k, ax, ay, bx, by, cx, cy, 0.0)
+        count = push(flat, search, count, 3 * face + k, bx, by, cx, cy, bx, by, cx, cy, 0.0)
+        reach(search, flat.corners[face, k], sqrt(ax * ax + ay * ay))
+        count = push_vertex(flat, search, count, face, k, ax, ay, bx, by, cx, cy, 0.0)
         ax, ay, bx, by, cx, cy = bx, by, cx, cy, ax, ay
     head = zero
     while head < count:
@@ -170,7 +96,9 @@ def nearest_line(
             continue
         f, k = edge // 3, edge % 3
         p, q = flat.corners[f, (k + 1) % 3], flat.corners[f, (k + 2) % 3]
-        if _nearer(search, p, px - wx, py - wy, offset, wx, wy) or _nearer(search, q, qx - ux, qy - uy, offset, ux, uy):
+        if is_nearer(search, p, px - wx, py - wy, offset, wx, wy) or is_nearer(
+            search, q, qx - ux, qy - uy, offset, ux, uy
+        ):
             continue
         nx, ny = py - qy, qx - px
         away = flat.rises[edge] if nx * px + ny * py >= 0 else -flat.rises[edge]
@@ -180,51 +108,21 @@ def nearest_line(
         turn = ux * wy - uy * wx
         left, right = (ux * ay - uy * ax) * turn, (ax * wy - ay * wx) * turn
         if left > 0 and right > 0:
-            _reach(search, flat.corners[f, k], offset + sqrt(ax * ax + ay * ay))
-            count = _push_vertex(flat, search, count, f, k, ax, ay, px, py, qx, qy, offset)
-            hx, hy = _hit(ux, uy, px, py, ax, ay)
-            count = _push(flat, search, count, 3 * f + (k + 2) % 3, ax, ay, px, py, ax, ay, hx, hy, offset)
-            hx, hy = _hit(wx, wy, ax, ay, qx, qy)
-            count = _push(flat, search, count, 3 * f + (k + 1) % 3, qx, qy, ax, ay, hx, hy, ax, ay, offset)
+            reach(search, flat.corners[f, k], offset + sqrt(ax * ax + ay * ay))
+            count = push_vertex(flat, search, count, f, k, ax, ay, px, py, qx, qy, offset)
+            hx, hy = hit(ux, uy, px, py, ax, ay)
+            count = push(flat, search, count, 3 * f + (k + 2) % 3, ax, ay, px, py, ax, ay, hx, hy, offset)
+            hx, hy = hit(wx, wy, ax, ay, qx, qy)
+            count = push(flat, search, count, 3 * f + (k + 1) % 3, qx, qy, ax, ay, hx, hy, ax, ay, offset)
         elif right > 0:
-            hx, hy = _hit(ux, uy, ax, ay, qx, qy)
-            gx, gy = _hit(wx, wy, ax, ay, qx, qy)
-            count = _push(flat, search, count, 3 * f + (k + 1) % 3, qx, qy, ax, ay, gx, gy, hx, hy, offset)
+            hx, hy = hit(ux, uy, ax, ay, qx, qy)
+            gx, gy = hit(wx, wy, ax, ay, qx, qy)
+            count = push(flat, search, count, 3 * f + (k + 1) % 3, qx, qy, ax, ay, gx, gy, hx, hy, offset)
         elif left > 0:
-            hx, hy = _hit(ux, uy, px, py, ax, ay)
-            gx, gy = _hit(wx, wy, px, py, ax, ay)
-            count = _push(flat, search, count, 3 * f + (k + 2) % 3, ax, ay, px, py, gx, gy, hx, hy, offset)
+            hx, hy = hit(ux, uy, px, py, ax, ay)
+            gx, gy = hit(wx, wy, px, py, ax, ay)
+            count = push(flat, search, count, 3 * f + (k + 2) % 3, ax, ay, px, py, gx, gy, hx, hy, offset)
     return best, line
-
-
-@compiled_in_place
-def _push(
-    flat: FlatFaces,
-    search: Search,
-    count: int,
-    edge: int,
-    px: float,
-    py: float,
-    qx: float,
-    qy: float,
-    ux: float,
-    uy: float,
-    wx: float,
-    wy: float,
-    offset: float,
-) -> int:
-    """Add the window from u to w on the edge from p to q, if a face is behind it; the number of windows."""
-    other = flat.across[edge]
-    if other < 0:
-        return count
-    row = search.planes[count % MOST_WAITING]
-    search.edges[count % MOST_WAITING] = other
-    if flat.corners[edge // 3, (edge % 3 + 1) % 3] == flat.corners[other // 3, (other % 3 + 1) % 3]:
-        row[0], row[1], row[2], row[3], row[4], row[5], row[6], row[7] = px, py, qx, qy, ux, uy, wx, wy
-    else:
-        row[0], row[1], row[2], row[3], row[4], row[5], row[6], row[7] = qx, qy, px, py, wx, wy, ux, uy
-    row[8] = offset
-    return count + 1
 
 
 @compiled_in_place
@@ -287,75 +185,6 @@ def _in_face(
     return best, line
 
 
-@compiled_inline
-def _clipped(value: float, slope: float, start: float, end: float) -> tuple[float, float]:
-    """Return the part of start <= t <= end where value + t slope >= 0; end < start if there is none."""
-    if value < 0 and value + slope < 0:
-        return 1.0, 0.0
-    if value < 0:
-        return max(start, -value / slope), end
-    if value + slope < 0:
-        return start, min(end, -value / slope)
-    return start, end
-
-
-@compiled_inline
-def _distance(px: float, py: float, qx: float, qy: float) -> float:
-    """Return the distance from the origin to a segment."""
-    dx, dy = qx - px, qy - py
-    square = dx * dx + dy * dy
-    t = min(max(-(px * dx + py * dy) / square, 0.0), 1.0) if square > 0 else 0.0
-    return sqrt((px + t * dx) ** 2 + (py + t * dy) ** 2)
-
-
-@compiled_inline
-def _hit(ux: float, uy: float, px: float, py: float, qx: float, qy: float) -> tuple[float, float]:
-    """Return the point of the segment from p to q in the direction u from the origin."""
-    one, two = ux * py - uy * px, ux * qy - uy * qx
-    t = min(max(one / (one - two), 0.0), 1.0) if one != two else 0.0
-    return px + t * (qx - px), py + t * (qy - py)
-
-
-@compiled_in_place
-def _reach(search: Search, vertex: int, distance: float) -> None:
-    """Keep the shortest distance at which a vertex was reached."""
-    if search.stamps[vertex] != search.number[0] or distance < search.reached[vertex]:
-        search.stamps[vertex], search.reached[vertex] = search.number[0], distance
-
-
-@compiled_in_place
-def _nearer(search: Search, vertex: int, dx: float, dy: float, offset: float, x: float, y: float) -> bool:
-    """Whether the far end of a window, at (x, y), is reached over a vertex sooner; then all of the window is."""
-    if search.stamps[vertex] != search.number[0]:
-        return False
-    return search.reached[vertex] + sqrt(dx * dx + dy * dy) < (offset + sqrt(x * x + y * y)) * (1 - EQUAL)
-
-
-@compiled_in_place
-def _push_vertex(
-    flat: FlatFaces,
-    search: Search,
-    count: int,
-    face: int,
-    k: int,
-    ax: float,
-    ay: float,
-    px: float,
-    py: float,
-    qx: float,
-    qy: float,
-    offset: float,
-) -> int:
-    """Add corner k of a face, at a, with the next ones at p and q, if shortest paths turn there."""
-    total = flat.totals[flat.corners[face, k]]
-    if total <= 2 * pi + SADDLE and total != BOUNDARY:
-        return count
-    row = search.planes[count % MOST_WAITING]
-    search.edges[count % MOST_WAITING] = -1 - (3 * face + k)
-    row[0], row[1], row[2], row[3], row[4], row[5], row[8] = ax, ay, px, py, qx, qy, offset
-    return count + 1
-
-
 @compiled_in_place
 def _turn(
     flat: FlatFaces,
@@ -387,7 +216,7 @@ def _turn(
     vertex = flat.corners[face, k]
     if search.stamps[vertex] == search.number[0] and offset + far > search.reached[vertex] * (1 + EQUAL):
         return best, line, count
-    _reach(search, vertex, offset + far)
+    reach(search, vertex, offset + far)
     total = flat.totals[vertex]
     for side in range(2 if total == BOUNDARY else 1):
         ex, ey = (qx - ax, qy - ay) if side == 0 else (px - ax, py - ay)
@@ -400,41 +229,55 @@ def _turn(
             v = (z + 1) % 3 if flat.corners[f, (z + 1) % 3] == vertex else (z + 2) % 3
             angle, w = flat.angles[3 * f + v], 3 - z - v
             if passed + angle > pi:
-                wx, length = _side(flat, f, v, w), _side(flat, f, v, z)
+                wx, length = corner_distance(flat, f, v, w), corner_distance(flat, f, v, z)
                 zx, zy = length * cos(angle), length * sin(angle)
                 if passed >= STRAIGHT:
-                    _reach(search, flat.corners[f, w], offset + far + wx)
+                    reach(search, flat.corners[f, w], offset + far + wx)
                     # Straight along the edge to its other end.
                     if v == (w + 1) % 3:
-                        count = _push_vertex(flat, search, count, f, w, wx, 0.0, 0.0, 0.0, zx, zy, offset + far)
+                        count = push_vertex(flat, search, count, f, w, wx, 0.0, 0.0, 0.0, zx, zy, offset + far)
                     else:
-                        count = _push_vertex(flat, search, count, f, w, wx, 0.0, zx, zy, 0.0, 0.0, offset + far)
+                        count = push_vertex(flat, search, count, f, w, wx, 0.0, zx, zy, 0.0, 0.0, offset + far)
                 begin, end = max(pi - passed, 0.0), min(last - passed, angle)
-                lx, ly = _hit(cos(begin), sin(begin), wx, 0.0, zx, zy)
-                rx, ry = _hit(cos(end), sin(end), wx, 0.0, zx, zy)
+                lx, ly = hit(cos(begin), sin(begin), wx, 0.0, zx, zy)
+                rx, ry = hit(cos(end), sin(end), wx, 0.0, zx, zy)
                 ux, uy, tx, ty = (wx, 0.0, zx, zy) if w == (v + 1) % 3 else (zx, zy, wx, 0.0)
                 best, line = _in_face(
                     store, f, v, 0.0, 0.0, ux, uy, tx, ty, lx, ly, rx, ry, offset + far, own, tip, along, best, line
                 )
                 if w == (v + 1) % 3:
-                    count = _push(flat, search, count, 3 * f + v, wx, 0.0, zx, zy, lx, ly, rx, ry, offset + far)
+                    count = push(flat, search, count, 3 * f + v, wx, 0.0, zx, zy, lx, ly, rx, ry, offset + far)
                 else:
-                    count = _push(flat, search, count, 3 * f + v, zx, zy, wx, 0.0, rx, ry, lx, ly, offset + far)
+                    count = push(flat, search, count, 3 * f + v, zx, zy, wx, 0.0, rx, ry, lx, ly, offset + far)
             passed, edge = passed + angle, 3 * f + w
             if flat.across[edge] < 0 and passed >= STRAIGHT:  # along the boundary
-                x = _side(flat, f, v, z)
-                y = _side(flat, f, v, w)
+                x = corner_distance(flat, f, v, z)
+                y = corner_distance(flat, f, v, w)
                 px, py, qx, qy = 0.0, 0.0, y * cos(angle), -y * sin(angle)
                 if v != (z + 1) % 3:
                     px, py, qx, qy = qx, qy, px, py
-                count = _push_vertex(flat, search, count, f, z, x, 0.0, px, py, qx, qy, offset + far)
+                count = push_vertex(flat, search, count, f, z, x, 0.0, px, py, qx, qy, offset + far)
             if f == face:
                 break
     return best, line, count
 
 
 @compiled_inline
-def _side(flat: FlatFaces, face: int, i: int, j: int) -> float:
-    """Return the distance of two corners of a face."""
-    dx = flat.places[face, i, 0] - flat.places[face, j, 0]
-    return sqrt(dx**2 + (flat.places[face, i, 1] - flat.places[face, j, 1]) ** 2)
+def _clipped(value: float, slope: float, start: float, end: float) -> tuple[float, float]:
+    """Return the part of start <= t <= end where value + t slope >= 0; end < start if there is none."""
+    if value < 0 and value + slope < 0:
+        return 1.0, 0.0
+    if value < 0:
+        return max(start, -value / slope), end
+    if value + slope < 0:
+        return start, min(end, -value / slope)
+    return start, end
+
+
+@compiled_inline
+def _distance(px: float, py: float, qx: float, qy: float) -> float:
+    """Return the distance from the origin to a segment."""
+    dx, dy = qx - px, qy - py
+    square = dx * dx + dy * dy
+    t = min(max(-(px * dx + py * dy) / square, 0.0), 1.0) if square > 0 else 0.0
+    return sqrt((px + t * dx) ** 2 + (py + t * dy) ** 2)

@@ -7,8 +7,10 @@ import numpy as np
 
 from geomhw.arrays import Floats
 from geomhw.compiled import compiled, compiled_in_place
-from geomhw.flow.nearby_lines import BOUNDARY as BOUNDARY_VERTEX
-from geomhw.flow.nearby_lines import FlatFaces, LineStore, Search, nearest_line
+from geomhw.flow.flat_faces import BOUNDARY as BOUNDARY_VERTEX
+from geomhw.flow.flat_faces import FlatFaces
+from geomhw.flow.nearby_lines import LineStore, nearest_line
+from geomhw.flow.search_windows import Search
 from geomhw.flow.streamlines import ON_EDGE, FaceFlow, enter_face
 
 #: Reasons why a streamline ends.

@@ -7,7 +7,8 @@ import numpy as np
 
 from geomhw.arrays import Floats, Ints
 from geomhw.compiled import compiled
-from geomhw.flow.nearby_lines import FlatFaces, LineStore, nearest_line
+from geomhw.flow.flat_faces import FlatFaces
+from geomhw.flow.nearby_lines import LineStore, nearest_line
 from geomhw.flow.streamline_growth import ALONG, CLOSED, FULL, MOST_CROSSINGS, Growth, grow, remove
 
 #: Smallest distance of a streamline from others and from itself, and its smallest length, as shares of the spacing.
