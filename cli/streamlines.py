@@ -78,7 +78,8 @@ def streamlines(mesh_path: Path, field: str, spacing: float, files: dict[str, An
       geomhw streamlines data/creature.obj --field random:1 --spacing 50 --no-png -o lines.csv
     """
     from geomhw.errors import ArgumentError, FieldError
-    from geomhw.flow.even_streamlines import STOPS, default_spacing, even_streamlines
+    from geomhw.flow.even_streamlines import default_spacing, even_streamlines
+    from geomhw.flow.streamline_polylines import STOPS
     from geomhw.render.field_pictures import streamlines_picture
 
     job = Job.plan("streamlines", mesh_path, **files, **report, extensions=CURVE_EXTENSIONS)

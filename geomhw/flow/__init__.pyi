@@ -2,7 +2,6 @@ from .advection import ColorRange as ColorRange
 from .advection import flow_of as flow_of
 from .advection import frames as frames
 from .bounded_flow import BoundedFlow as BoundedFlow
-from .even_streamlines import Streamlines as Streamlines
 from .even_streamlines import even_streamlines as even_streamlines
 from .field_derivatives import FieldDerivatives as FieldDerivatives
 from .field_derivatives import derivatives_of as derivatives_of
@@ -31,6 +30,7 @@ from .passive_scalar import PassiveScalar as PassiveScalar
 from .pathlines import PathlineTracer as PathlineTracer
 from .pushforward import Pushforward as Pushforward
 from .stream_function import StreamFunctionSolver as StreamFunctionSolver
+from .streamline_polylines import Streamlines as Streamlines
 from .streamlines import FacePoints as FacePoints
 from .streamlines import StreamlineTracer as StreamlineTracer
 from .tangent_fields import energy as energy

@@ -13,7 +13,7 @@ from geomhw.render.panels import Picture, draw
 from geomhw.results import Result
 
 if TYPE_CHECKING:
-    from geomhw.flow.even_streamlines import Streamlines
+    from geomhw.flow.streamline_polylines import Streamlines
 
 #: Spacing of arrows as a fraction of the panel.
 SPACING, KILLING_SPACING = 0.04, 0.045

@@ -15,7 +15,7 @@ from geomhw.render.look import Look
 from geomhw.results import Cloud, Result
 
 if TYPE_CHECKING:
-    from geomhw.flow.even_streamlines import Streamlines
+    from geomhw.flow.streamline_polylines import Streamlines
 
 #: Distance of streamlines, in spacings of arrows, and of heads on a streamline, in distances of streamlines.
 DENSITY, HEADS = 0.5, 6.0

@@ -11,7 +11,7 @@ from geomhw.arrays import Floats
 from geomhw.options import DrawName
 
 if TYPE_CHECKING:
-    from geomhw.flow.even_streamlines import Streamlines
+    from geomhw.flow.streamline_polylines import Streamlines
 
 Color = str  # "#rrggbb"
 #: Color of a surface without values: light, so that shading shows its relief.

@@ -4,12 +4,13 @@ import numpy as np
 import pytest
 
 from geomhw.errors import ArgumentError, MeshError
-from geomhw.flow.even_streamlines import STOPS, Streamlines, even_streamlines
+from geomhw.flow.even_streamlines import even_streamlines
 from geomhw.flow.flat_faces import flat_faces
 from geomhw.flow.harmonic import harmonic_basis
 from geomhw.flow.initial_fields import random_field, rigid_field
 from geomhw.flow.nearby_lines import LineStore, nearest_line
 from geomhw.flow.search_windows import search_room
+from geomhw.flow.streamline_polylines import STOPS, Streamlines
 from geomhw.flow.tangent_fields import tangential
 from geomhw.geodesic.shortest_paths import ShortestPaths
 from geomhw.mesh.primitives import grid, icosphere, torus
