@@ -22,8 +22,8 @@ TOLERANCE = 1e-11
 LOOK = 4
 #: Vectors of the basis, at most, over the pairs that are wanted.
 LARGEST = 12
-#: Share of its squared length that a vector keeps, from which one orthogonalization is enough.
-ENOUGH = 0.1
+#: Factor by which short directions of a block may grow without a further orthogonalization.
+GROWTH = 100.0
 
 
 def block_lanczos(A: sp.csr_array, M: sp.csr_array, k: int, start: NDArray[Any]) -> tuple[Floats, NDArray[Any]]:
@@ -50,16 +50,16 @@ def block_lanczos(A: sp.csr_array, M: sp.csr_array, k: int, start: NDArray[Any])
     limit = min(LARGEST * k + 16 * start.shape[1], A.shape[0] - start.shape[1])
     basis = np.empty((A.shape[0], limit + start.shape[1]), dtype=A.dtype, order="F")
     projected = np.zeros((limit + start.shape[1],) * 2, dtype=A.dtype)
-    block, size, look = orthonormal(start.astype(A.dtype), M), 0, 0
+    (block, _), before, size, look = orthonormal(start.astype(A.dtype), M), 0, 0, 0
     while size < limit:
-        before, size = size, size + block.shape[1]
+        last, before, size = before, size, size + block.shape[1]
         basis[:, before:size] = block
         image = inverse(M @ block)
-        projected[:size, before:size] = _orthogonalize(image, basis[:, :size], M)
-        block = orthonormal(image, M)
-        # The parts of the basis in short columns have grown with them.
-        _orthogonalize(block, basis[:, :size], M)
-        block = orthonormal(block, M)
+        projected[:size, before:size] = _orthogonalize(image, basis[:, :size], M, last)
+        block, growth = orthonormal(image, M)
+        if growth > GROWTH:  # of the parts of the basis, too
+            _orthogonalize(block, basis[:, :size], M, last)
+            block, _ = orthonormal(block, M)
         rest = np.conj(block.T) @ (M @ image)
         look += 1
         if size >= k + 2 * BLOCK and look % LOOK == 0:
@@ -71,28 +71,28 @@ def block_lanczos(A: sp.csr_array, M: sp.csr_array, k: int, start: NDArray[Any])
     raise ConvergenceError(f"{k} eigenpairs are not found with a basis of {limit} vectors; ask for fewer")
 
 
-def orthonormal(block: NDArray[Any], M: sp.csr_array) -> NDArray[Any]:
-    """Return an M-orthonormal basis of the columns, without those that depend on the others."""
+def orthonormal(block: NDArray[Any], M: sp.csr_array) -> tuple[NDArray[Any], float]:
+    """Return an M-orthonormal basis of the columns, without those that depend on the others, and the factor by which
+    the shortest direction has grown more than the longest.
+    """
+    growth = 1.0
     for _ in range(2):
         sizes, turns = np.linalg.eigh(np.conj(block.T) @ (M @ block))
         kept = sizes > 1e-14 * sizes[-1]
+        growth *= float(np.sqrt(sizes[-1] / sizes[kept][0]))
         block = block @ (turns[:, kept] / np.sqrt(sizes[kept]))
-    return block
+    return block, growth
 
 
-def _orthogonalize(block: NDArray[Any], basis: NDArray[Any], M: sp.csr_array) -> NDArray[Any]:
+def _orthogonalize(block: NDArray[Any], basis: NDArray[Any], M: sp.csr_array, last: int) -> NDArray[Any]:
     """Make a block, in place, M-orthogonal to a basis; return its coefficients.
 
-    A second pass follows where the first one leaves little [Daniel, Gragg, Kaufman, Stewart 1976].
+    Nearly all of its part in the basis is in the last two blocks of it, from a column on: it is removed first, so that
+    one pass over the whole basis is as good as two [Parlett, The Symmetric Eigenvalue Problem, 1980, sec. 6.9].
     """
     coefficients = np.zeros((basis.shape[1], block.shape[1]), dtype=block.dtype)
-    weighted = M @ block
-    for _ in range(2):
-        size = np.einsum("ij,ij->j", np.conj(block), weighted).real
-        part = np.conj(basis.T) @ weighted
-        block -= basis @ part
-        coefficients += part
-        weighted = M @ block
-        if (np.einsum("ij,ij->j", np.conj(block), weighted).real > ENOUGH * size).all():
-            break
+    for begin in (last, 0):
+        part = np.conj(basis[:, begin:].T) @ (M @ block)
+        block -= basis[:, begin:] @ part
+        coefficients[begin:] += part
     return coefficients
