@@ -2,13 +2,14 @@
 
 import os
 import signal
+import sys
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from itertools import islice
 
 TYPE_CHECKING = False  # typing is not loaded before the signals are handled
 if TYPE_CHECKING:
-    from typing import TypeVar
+    from typing import Any, TypeVar
 
     T = TypeVar("T")
 
@@ -19,6 +20,7 @@ arrived: list[int] = []
 
 def install() -> None:
     """Raise KeyboardInterrupt at the signals."""
+    sys.unraisablehook = _ignored
     for number in _handled():
         signal.signal(number, _interrupt)
 
@@ -93,3 +95,9 @@ def _interrupt(number: int, frame: object) -> None:
         raise KeyboardInterrupt
     if len(arrived) > 2:
         os._exit(exit_code())
+
+
+def _ignored(error: "Any") -> None:
+    """Print an error that Python ignores, as in a finalizer, but not an interrupt there, which is remembered."""
+    if not issubclass(error.exc_type, KeyboardInterrupt):
+        sys.__unraisablehook__(error)

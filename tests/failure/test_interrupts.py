@@ -86,6 +86,34 @@ def test_a_signal_that_a_library_swallows() -> None:
     assert Path("D.npy").exists()
 
 
+IN_A_FINALIZER = """
+import signal
+from geomhw.geodesic.heat_method import HeatDistance
+from geomhw_cli.main import main
+
+computed = HeatDistance.rows
+
+class Last:
+    def __del__(self):
+        signal.raise_signal(signal.SIGTERM)
+        print("unreached")
+
+def rows(self, sets):
+    Last()
+    return computed(self, sets)
+
+HeatDistance.rows = rows
+main()
+"""
+
+
+def test_a_signal_in_a_finalizer() -> None:
+    """Python ignores errors there; the run ends as if the signal came at the end, without a traceback."""
+    answer = answer_of(IN_A_FINALIZER, *MATRIX, "-q")
+    assert answer.returncode == 128 + signal.SIGTERM
+    assert answer.stderr.strip() == "Error: interrupted when all was done"
+
+
 AT_THE_END = """
 import atexit, signal, sys
 atexit.register(lambda: signal.raise_signal(signal.SIGTERM))
