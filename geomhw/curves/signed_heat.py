@@ -122,9 +122,9 @@ def _normals(mesh: TriangleMesh, curves: SurfacePoints, middles: Floats, directi
 
 def _segment_middles(mesh: TriangleMesh, curves: SurfacePoints) -> Floats:
     """Return the barycentric coordinates, (s, 3), of the middles of segments in their faces."""
-    weights, corners = curves.corner_weights(), mesh.faces[curves.segments[:, 2]].tolist()
-    rows = zip(curves.segments[:, :2].tolist(), corners, strict=True)
-    return np.array([[sum(weights[k].get(v, 0.0) for k in ends) / 2 for v in row] for ends, row in rows])
+    ends, face = curves.segments[:, :2], curves.segments[:, 2]
+    is_corner = curves.corners[ends][..., None] == mesh.faces[face][:, None, None, :]
+    return np.asarray(np.einsum("sec,seck->sk", curves.weights[ends], is_corner) / 2)
 
 
 def _shifted(mesh: TriangleMesh, phi: Floats, curves: SurfacePoints, middles: Floats) -> Floats:

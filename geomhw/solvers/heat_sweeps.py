@@ -131,17 +131,21 @@ def _sweep_outward(state: Any, end: int, window: float, omega: float, tolerance:
                 data[stop] *= np.exp(p[i] - p[indices[stop]])
                 stop += 1
             scaled[i] = stop
-            residual, terms = b[i], 0.0
+            residual = b[i]
             # With unsigned indices numba does not test whether they count from the end: half of the time.
             for k in range(np.uintp(indptr[i]), np.uintp(stop)):
-                term = data[k] * w[np.uintp(indices[k])]
-                residual -= term
-                terms += abs(term.real) + abs(term.imag)
+                residual -= data[k] * w[np.uintp(indices[k])]
             change = inverse_diagonal[i] * residual
-            w[i] += omega * change
-            size = abs(w[i].real) + abs(w[i].imag) + SMALL * terms * inverse_diagonal[i]
-            if not abs(change.real) + abs(change.imag) <= tolerance * size:
-                converged = min(converged, i)
+            after = w[i] + omega * change
+            if converged == end:  # only the first row that has not converged matters
+                terms = 0.0
+                for k in range(np.uintp(indptr[i]), np.uintp(stop)):
+                    term = data[k] * w[np.uintp(indices[k])]
+                    terms += abs(term.real) + abs(term.imag)
+                size = abs(after.real) + abs(after.imag) + SMALL * terms * inverse_diagonal[i]
+                if not abs(change.real) + abs(change.imag) <= tolerance * size:
+                    converged = i
+            w[i] = after
         sweeps += 1
         if sweeps > MAX_SWEEPS:
             return False
