@@ -30,7 +30,9 @@ def edge_areas(mesh: TriangleMesh) -> Floats:
     return scatter_add(np.repeat(mesh.face_areas / 3, 3), mesh.edge_table.of_faces.ravel(), mesh.n_edges)
 
 
-def edge_connection_stiffness(mesh: TriangleMesh, directions: Complexes | None = None) -> sp.csr_array:
+def edge_connection_stiffness(
+    mesh: TriangleMesh, directions: Complexes | None = None, factors: Floats | None = None
+) -> sp.csr_array:
     """Assemble the connection Laplacian of tangent vectors at edges.
 
     The entry of edges k and l of a face with the angle θ between them is -2 cot θ times the rotation from l to k.
@@ -39,6 +41,7 @@ def edge_connection_stiffness(mesh: TriangleMesh, directions: Complexes | None =
     ----------
     mesh : an oriented manifold mesh.
     directions : those of `edge_directions`, if they are known.
+    factors : (m,) array, of the share of each face; by default 1.
 
     Returns
     -------
@@ -62,6 +65,8 @@ def edge_connection_stiffness(mesh: TriangleMesh, directions: Complexes | None =
     """
     to_face = edge_directions(mesh) if directions is None else directions
     cotangents, of = mesh.cotangents, mesh.edge_table.of_faces
+    if factors is not None:
+        cotangents = cotangents * factors[:, None]
     values = np.empty((mesh.n_faces, 3, 3), dtype=complex)
     for k in range(3):
         i, j = (k + 1) % 3, (k + 2) % 3
