@@ -67,15 +67,13 @@ def edge_connection_stiffness(
     cotangents, of = mesh.cotangents, mesh.edge_table.of_faces
     if factors is not None:
         cotangents = cotangents * factors[:, None]
-    values = np.empty((mesh.n_faces, 3, 3), dtype=complex)
-    for k in range(3):
-        i, j = (k + 1) % 3, (k + 2) % 3
-        values[:, k, k] = 2 * (cotangents[:, i] + cotangents[:, j])
-        values[:, i, j] = -2 * cotangents[:, k] * to_face[:, i].conj() * to_face[:, j]
-        values[:, j, i] = values[:, i, j].conj()
-    rows, columns = np.repeat(of, 3, axis=1), np.tile(of, (1, 3))
-    entries = (values.ravel(), (rows.ravel(), columns.ravel()))
-    return sp.csr_array(sp.coo_array(entries, shape=(mesh.n_edges, mesh.n_edges)))
+    after, before = [1, 2, 0], [2, 0, 1]
+    diagonal = scatter_add((2 * (cotangents[:, after] + cotangents[:, before])).ravel(), of.ravel(), mesh.n_edges)
+    values = (-2 * cotangents * to_face[:, after].conj() * to_face[:, before]).ravel()
+    i, j, k = of[:, after].ravel(), of[:, before].ravel(), np.arange(mesh.n_edges, dtype=of.dtype)
+    rows, columns = np.concatenate([i, j, k]), np.concatenate([j, i, k])
+    entries = np.concatenate([values, values.conj(), diagonal])
+    return sp.csr_array(sp.coo_array((entries, (rows, columns)), shape=(mesh.n_edges, mesh.n_edges)))
 
 
 def edge_vectors_at_faces(mesh: TriangleMesh, values: Complexes, directions: Complexes) -> Floats:
