@@ -128,8 +128,12 @@ def traced_path(solver: ExactDistance, arrivals: Arrivals, v: int, ties: bool = 
     if arrivals.distance[v] == 0:
         corner = int(surface.corners[surface.starts[v]])
         return SurfacePath(solver.mesh, np.array([corner // 3]), np.eye(3)[[corner % 3]])
+    passed: tuple[int, ...] = ()  # vertices in one place, joined by edges of zero length, are passed once
     while arrivals.distance[v] > 0:
-        found = _traced(surface, arrivals, v) or _beside(surface, arrivals, v, (v,))
+        passed = (*passed, v)
+        found = _traced(surface, arrivals, v)
+        if not found or found[1] in passed:
+            found = _beside(surface, arrivals, v, passed)
         assert found, f"the straight line to vertex {v} is lost"
         strip, origin = found
         line = straightened(surface, strip)
@@ -159,7 +163,9 @@ def _traced(surface: Surface, arrivals: Arrivals, v: int) -> tuple[Strip, int] |
     return Strip.between(surface, leave[0] // 3, leave, enter, origin, v), origin
 
 
-def _beside(surface: Surface, arrivals: Arrivals, v: int, tried: tuple[int, ...]) -> tuple[Strip, int] | None:
+def _beside(
+    surface: Surface, arrivals: Arrivals, v: int, tried: tuple[int, ...], further: int = 2
+) -> tuple[Strip, int] | None:
     """Return the last straight lines to v by straightening the path to a neighbor and along the edge from there."""
     d = arrivals.distance
     corners = surface.corners[surface.starts[v] : surface.starts[v + 1]]
@@ -169,7 +175,10 @@ def _beside(surface: Surface, arrivals: Arrivals, v: int, tried: tuple[int, ...]
         u = int(around[k])
         if through[k] <= d[v] * (1 + EQUAL):
             return _edge(surface, u, v), u
-        if found := _traced(surface, arrivals, u) or (len(tried) < 3 and _beside(surface, arrivals, u, (*tried, u))):
+        found = _traced(surface, arrivals, u)
+        if not found and further:
+            found = _beside(surface, arrivals, u, (*tried, u), further - 1)
+        if found and found[1] not in tried:
             strip, origin = found
             for face in (corners // 3).tolist():
                 if u in surface.faces[face] and (longer := strip.extended(surface, u, face, v)):
