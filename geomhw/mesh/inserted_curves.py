@@ -62,8 +62,8 @@ def insert_curves(mesh: TriangleMesh, curves: Sequence[tuple[Ints, Floats]]) -> 
     Raises
     ------
     FieldError
-        If a point lies inside a face of zero area, or a curve leaves a face at a point in the place of its corner that no
-        edge of zero length joins to it.
+        If a point lies inside a face of zero area, or a segment ends in no corner of its face, but in the place of one
+        that no edge of zero length joins to it.
 
     Examples
     --------
