@@ -10,6 +10,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from geomhw.arrays import Complexes, Floats, scatter_add
+from geomhw.mesh.geometry import corner_dots
 from geomhw.mesh.triangle_mesh import TriangleMesh
 
 
@@ -19,10 +20,12 @@ def edge_directions(mesh: TriangleMesh) -> Complexes:
     Complex units; 1 is the first of ``mesh.opposite_edges`` of the face, i its left side. Edges point from the lower to
     the higher vertex.
     """
-    turns = np.pi - mesh.angles
-    turn = np.stack([np.zeros(mesh.n_faces), turns[:, 2], turns[:, 2] + turns[:, 0]], axis=1)
+    # exp(iθ) at the corners 2 and 0; from side to side, the direction turns by π - θ.
+    corners = corner_dots(mesh.opposite_edges)[:, [2, 0]] + 2j * mesh.face_areas[:, None]
+    turns = -corners.conj() / np.hypot(corners.real, corners.imag)
     upward = np.roll(mesh.faces, -1, axis=1) < np.roll(mesh.faces, -2, axis=1)
-    return np.asarray(np.exp(1j * turn) * np.where(upward, 1, -1))
+    ones = np.ones(mesh.n_faces)
+    return np.stack([ones, turns[:, 0], turns[:, 0] * turns[:, 1]], axis=1) * np.where(upward, 1, -1)
 
 
 def edge_areas(mesh: TriangleMesh) -> Floats:
