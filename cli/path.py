@@ -117,9 +117,8 @@ def path(
     ]
     lines = [f"path: {curve_line(item)}" for item in reports[:MAX_IN_LINE]]
     if tied := sum(path.tied for path in found):
-        lines.append(
-            f"note: {counted(tied, 'path')} of several that are equally short; the other end is on the cut locus"
-        )
+        end = "the end of a part of it" if loop or stops.specs else "the other end"
+        lines.append(f"note: {counted(tied, 'path')} of several that are equally short; {end} is on the cut locus")
     if shrunk := sum(closed and len(path.faces) == 1 for closed, path in zip(loops, found, strict=False)):
         lines.append(f"note: {counted(shrunk, 'loop')} shrunk to a point: it bounds a disk")
     if len(found) > MAX_IN_LINE:

@@ -189,12 +189,11 @@ def _polylines(mesh: TriangleMesh, graph: LevelGraph, levels: Floats) -> Isoline
     positions = (1 - share)[:, None] * X[ends[:, 0]] + share[:, None] * X[ends[:, 1]]
     closed = ranked >= opened
     line = np.repeat(np.arange(len(ranked)), np.diff(begins))
-    # Without segments of zero length, such as in faces of zero area: their first points go.
-    kept = np.append((line[1:] != line[:-1]) | (positions[1:] != positions[:-1]).any(axis=1), True)[: len(line)]
-    count = np.bincount(line[kept], minlength=len(ranked))
-    kept &= (count > 1)[line]
+    moves = np.append((line[1:] == line[:-1]) & (positions[1:] != positions[:-1]).any(axis=1), False)[: len(line)]
+    # Segments of zero length, in faces of zero area, join points on different edges; lines of no other segments go.
+    real = np.bincount(line[moves], minlength=len(ranked)) > 0
+    kept = real[line]
     regions = _line_regions(graph, entries // 2, begins - np.arange(len(begins)))
-    real = count > 1
     face = graph.faces[link[kept]]
     steps = norms(np.diff(positions, axis=0, append=positions[-1:])) if len(positions) else np.empty(0)
     steps[begins[1:] - 1] = 0.0
@@ -203,7 +202,7 @@ def _polylines(mesh: TriangleMesh, graph: LevelGraph, levels: Floats) -> Isoline
         positions[kept],
         face,
         barycentric(mesh.faces[face], ends[kept], share[kept]),
-        np.append(0, np.cumsum(count[real])),
+        np.append(0, np.cumsum(np.diff(begins)[real])),
         levels[graph.levels[link[begins[:-1]]]][real],
         closed[real],
         np.asarray(np.bincount(line, steps, len(ranked)), dtype=float)[real],

@@ -21,7 +21,7 @@ from geomhw.results import Field, Result
 
 
 def signed_distance(
-    mesh: TriangleMesh, curves: SurfacePoints, correct: bool = True, time: str | float = "0.5*h2"
+    mesh: TriangleMesh, curves: SurfacePoints, correct: bool = True, time: str | float = "0.45*h2"
 ) -> Result:
     """Return the distance from curves, positive on their left, negative on their right, seen from outside.
 

@@ -14,13 +14,15 @@ from geomhw.arrays import Floats, Ints
 from geomhw.errors import ArgumentError
 from geomhw.geodesic.distance_matrix import distance_pairs, symmetric_matrix
 from geomhw.geodesic.front import ROOM, Extent, Front, empty_front, reached, start, with_more_room
-from geomhw.geodesic.unfolded_faces import Surface, surface_of
+from geomhw.geodesic.unfolded_faces import Surface, surface_of, triangle
 from geomhw.geodesic.window_propagation import propagate, start_from_edges
 from geomhw.mesh.inserted_curves import insert_sources
 from geomhw.mesh.surface_points import SurfacePoints, vertex_points
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.results import Field, Result
 
+#: Distances, and places on an edge, that agree up to this share are equal.
+EQUAL = 1e-12
 #: No halfedges.
 NO_SIDES = np.empty(0, dtype=np.int64)
 
@@ -48,6 +50,15 @@ class Arrivals:
     origin: Ints
     halfedge: Ints
     entry: Floats
+
+    def along_edge(self, surface: Surface, v: int) -> int | None:
+        """Return the vertex from which a line over an edge comes along another edge; None if it crosses the edge."""
+        face = triangle(surface, int(self.halfedge[v]))
+        for end, place, length in ((face.low, 0.0, face.left), (face.high, face.base, face.right)):
+            at_end = abs(self.entry[v] - place) <= EQUAL * face.base
+            if at_end and self.distance[end] + length <= self.distance[v] * (1 + EQUAL):
+                return int(end)
+        return None
 
 
 class ExactDistance:

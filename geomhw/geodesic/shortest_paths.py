@@ -10,17 +10,15 @@ import numpy as np
 from geomhw.arrays import Ints
 from geomhw.errors import FieldError
 from geomhw.geodesic.cut_locus import is_tied
-from geomhw.geodesic.exact import Arrivals, ExactDistance
+from geomhw.geodesic.exact import EQUAL, Arrivals, ExactDistance
+from geomhw.geodesic.nearest_border import nearest_starts
 from geomhw.geodesic.straight_lines import CROSSING, line_to_origin
 from geomhw.geodesic.strips import Strip, straightened
 from geomhw.geodesic.surface_path import SurfacePath, joined, on_original, path_in_strip
-from geomhw.geodesic.unfolded_faces import Surface, triangle
+from geomhw.geodesic.unfolded_faces import Surface
 from geomhw.mesh.inserted_points import InsertedPoints, insert_points
-from geomhw.mesh.surface_points import SurfacePoints, concatenate, vertex_points
+from geomhw.mesh.surface_points import SurfacePoints, concatenate, face_points, vertex_points
 from geomhw.mesh.triangle_mesh import TriangleMesh
-
-#: Distances, and places on an edge, that agree up to this share are equal.
-EQUAL = 1e-12
 
 
 class ShortestPaths:
@@ -53,7 +51,7 @@ class ShortestPaths:
         self._solver: ExactDistance | None = None
 
     def to_nearest(self, sources: SurfacePoints, targets: SurfacePoints) -> list[SurfacePath]:
-        """Return, for each target, the shortest path from the nearest source.
+        """Return, for each target, the shortest path from the nearest source; from a filled region, from its border.
 
         Raises
         ------
@@ -62,6 +60,8 @@ class ShortestPaths:
         """
         points = _Points(self, concatenate([sources, targets]))
         ends = points.vertices[len(sources) :]
+        if sources.filled.any():
+            return self.between(points.nearest_starts(sources, targets), targets)
         arrivals = points.arrivals(points.vertices[: len(sources)], ends)
         return [points.path(arrivals, v, targets.name(i)) for i, v in enumerate(ends.tolist())]
 
@@ -114,12 +114,36 @@ class _Points:
         """Return the straight lines by which the targets are reached, and all vertices on the paths there."""
         return self._solver.arrivals(vertex_points(self._solver.mesh, sources), targets=targets)
 
+    def nearest_starts(self, sources: SurfacePoints, targets: SurfacePoints) -> SurfacePoints:
+        """Return the point of the sources, filled regions among them, nearest to each target."""
+        starts, ends = self.vertices[: len(sources)], self.vertices[len(sources) :]
+        region = np.zeros(self._mesh.n_vertices, dtype=bool)
+        region[sources.filled_vertices] = True
+        inside = ends[((targets.weights == 0) | region[targets.corners]).all(axis=1)]
+        filled = np.concatenate([starts[sources.filled], inside])
+        named = np.unique(np.concatenate([starts, filled]))
+        mesh = self._solver.mesh
+        given = replace(vertex_points(mesh, named), filled=np.isin(named, filled))
+        arrivals = self._solver.arrivals(given, targets=ends)
+        for i, v in enumerate(ends.tolist()):
+            _require_path(arrivals, v, targets.name(i))
+        faces, weights = nearest_starts(mesh, arrivals, ends)
+        if self._inserted:
+            weights = np.einsum("kc,kcx->kx", weights, self._inserted.corners[faces])
+            faces = self._inserted.parents[faces]
+        return face_points(self._mesh, faces, weights)
+
     def path(self, arrivals: Arrivals, v: int, name: str) -> SurfacePath:
         """Trace the path to a vertex back to its source."""
-        if np.isinf(arrivals.distance[v]):
-            raise FieldError(f"no path leads to {name}: it lies on another component than the sources")
+        _require_path(arrivals, v, name)
         path = traced_path(self._solver, arrivals, v, self._ties)
         return on_original(self._mesh, self._inserted, path) if self._inserted else path
+
+
+def _require_path(arrivals: Arrivals, v: int, name: str) -> None:
+    """Raise FieldError if a vertex has no distance."""
+    if np.isinf(arrivals.distance[v]):
+        raise FieldError(f"no path leads to {name}: it lies on another component than the sources")
 
 
 def traced_path(solver: ExactDistance, arrivals: Arrivals, v: int, ties: bool = False) -> SurfacePath:
@@ -128,8 +152,12 @@ def traced_path(solver: ExactDistance, arrivals: Arrivals, v: int, ties: bool = 
     if arrivals.distance[v] == 0:
         corner = int(surface.corners[surface.starts[v]])
         return SurfacePath(solver.mesh, np.array([corner // 3]), np.eye(3)[[corner % 3]])
+    passed: tuple[int, ...] = ()  # vertices in one place, joined by edges of zero length, are passed once
     while arrivals.distance[v] > 0:
-        found = _traced(surface, arrivals, v) or _beside(surface, arrivals, v, (v,))
+        passed = (*passed, v)
+        found = _traced(surface, arrivals, v)
+        if not found or found[1] in passed:
+            found = _beside(surface, arrivals, v, passed)
         assert found, f"the straight line to vertex {v} is lost"
         strip, origin = found
         line = straightened(surface, strip)
@@ -145,11 +173,8 @@ def _traced(surface: Surface, arrivals: Arrivals, v: int) -> tuple[Strip, int] |
     origin = int(arrivals.origin[v])
     if h < 0:
         return _edge(surface, origin, v), origin
-    face = triangle(surface, h)
-    for end, place, length in ((face.low, 0.0, face.left), (face.high, face.base, face.right)):
-        # A line that arrives over the end of an edge comes along another edge, from that vertex.
-        if abs(t - place) <= EQUAL * face.base and d[end] + length <= d[v] * (1 + EQUAL):
-            return _edge(surface, end, v), end
+    if (end := arrivals.along_edge(surface, v)) is not None:
+        return _edge(surface, end, v), end
     line = np.empty(256, dtype=CROSSING)
     while (count := line_to_origin(surface, h, t, origin, d[v] - d[origin], line)) < 0:
         line = np.empty(4 * len(line), dtype=CROSSING)
@@ -159,7 +184,9 @@ def _traced(surface: Surface, arrivals: Arrivals, v: int) -> tuple[Strip, int] |
     return Strip.between(surface, leave[0] // 3, leave, enter, origin, v), origin
 
 
-def _beside(surface: Surface, arrivals: Arrivals, v: int, tried: tuple[int, ...]) -> tuple[Strip, int] | None:
+def _beside(
+    surface: Surface, arrivals: Arrivals, v: int, tried: tuple[int, ...], further: int = 2
+) -> tuple[Strip, int] | None:
     """Return the last straight lines to v by straightening the path to a neighbor and along the edge from there."""
     d = arrivals.distance
     corners = surface.corners[surface.starts[v] : surface.starts[v + 1]]
@@ -169,7 +196,10 @@ def _beside(surface: Surface, arrivals: Arrivals, v: int, tried: tuple[int, ...]
         u = int(around[k])
         if through[k] <= d[v] * (1 + EQUAL):
             return _edge(surface, u, v), u
-        if found := _traced(surface, arrivals, u) or (len(tried) < 3 and _beside(surface, arrivals, u, (*tried, u))):
+        found = _traced(surface, arrivals, u)
+        if not found and further:
+            found = _beside(surface, arrivals, u, (*tried, u), further - 1)
+        if found and found[1] not in tried:
             strip, origin = found
             for face in (corners // 3).tolist():
                 if u in surface.faces[face] and (longer := strip.extended(surface, u, face, v)):

@@ -7,8 +7,8 @@ import numpy as np
 
 from geomhw.arrays import Floats, Ints
 from geomhw.compiled import compiled_in_place
-from geomhw.geodesic.exact import Arrivals, ExactDistance
-from geomhw.geodesic.shortest_paths import EQUAL, traced_path
+from geomhw.geodesic.exact import EQUAL, Arrivals, ExactDistance
+from geomhw.geodesic.shortest_paths import traced_path
 from geomhw.geodesic.straight_lines import CROSSING, line_to_origin
 from geomhw.geodesic.unfolded_faces import Surface, angle, triangle
 from geomhw.geodesic.vertex_fans import VertexFan

@@ -109,6 +109,16 @@ class StraightestGeodesics:
         face, vector = found
         return self._line(face, (self.mesh.faces[face] == fan.vertex).astype(float), vector, length)
 
+    def from_corner(self, corner: int, vector: Floats, length: float) -> SurfacePath:
+        """Return the line from a corner 3f + k of a face, in the direction of a vector within the face.
+
+        Raises ArgumentError if the vector has no direction.
+        """
+        size = np.linalg.norm(vector)
+        if not size > 0:
+            raise ArgumentError("a direction is a vector of three finite components, not all zero")
+        return self._line(corner // 3, np.eye(3)[corner % 3], vector / size, length)
+
     def fan(self, source: SurfacePoints, degrees: Sequence[float], length: float) -> list[SurfacePath]:
         """Return the lines at several angles, as `trace_angle` does, without those that point off the surface."""
         if source.faces[0] < 0:

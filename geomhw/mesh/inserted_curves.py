@@ -62,7 +62,8 @@ def insert_curves(mesh: TriangleMesh, curves: Sequence[tuple[Ints, Floats]]) -> 
     Raises
     ------
     FieldError
-        If a point lies inside a face of zero area, or a curve passes an edge of zero length.
+        If a point lies inside a face of zero area, or a segment ends in no corner of its face, but in the place of one
+        that no edge of zero length joins to it.
 
     Examples
     --------
@@ -165,13 +166,30 @@ class _CurveDivision(Division):
     def connect(self, face: int, start: int, end: int) -> list[int]:
         """Make the segment between two vertices in a face a chain of edges; return its vertices after the first."""
         self._parts_of(face)
-        if lost := [v for v in (start, end) if (face, v) not in self._weights]:
-            raise FieldError(f"vertex {lost[0]} and a corner of face {face} lie in one place; join such vertices first")
+        before, after = self._way_into(face, start), self._way_into(face, end)
+        first, last = (way[-1][2] if way else v for way, v in ((before, start), (after, end)))
         chain = []
-        while start != end:
-            start = self._advance(face, start, end)
-            chain.append(start)
+        for f, a, b in [*before, (face, first, last), *((f, b, a) for f, a, b in after[::-1])]:
+            while a != b:
+                a = self._advance(f, a, b)
+                chain.append(a)
         return chain
+
+    def _way_into(self, face: int, start: int) -> list[tuple[int, int, int]]:
+        """Return the steps, (face, start, end), along edges of length zero from a vertex to a corner of a face."""
+        if (face, start) in self._weights:
+            return []
+        mesh, ways = self._mesh, {start: list[tuple[int, int, int]]()}
+        edges = np.flatnonzero(mesh.edge_lengths == 0)
+        for v in (queue := [start]):
+            if v in mesh.faces[face]:
+                return ways[v]
+            for e in edges[(mesh.edges[edges] == v).any(axis=1)].tolist():
+                end, f = int(mesh.edges[e].sum()) - v, int(self._at_edges[self._starts[e]])
+                if end not in ways:
+                    ways[end] = [*ways[v], (f, v, end)]
+                    queue.append(end)
+        raise FieldError(f"vertex {start} and a corner of face {face} lie in one place; join such vertices first")
 
     def _advance(self, face: int, start: int, end: int) -> int:
         """Make the beginning of a segment an edge of parts, and return the end of this edge."""

@@ -10,6 +10,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from geomhw.arrays import Complexes, Floats, scatter_add
+from geomhw.mesh.geometry import corner_dots
 from geomhw.mesh.triangle_mesh import TriangleMesh
 
 
@@ -19,10 +20,12 @@ def edge_directions(mesh: TriangleMesh) -> Complexes:
     Complex units; 1 is the first of ``mesh.opposite_edges`` of the face, i its left side. Edges point from the lower to
     the higher vertex.
     """
-    turns = np.pi - mesh.angles
-    turn = np.stack([np.zeros(mesh.n_faces), turns[:, 2], turns[:, 2] + turns[:, 0]], axis=1)
+    # exp(iθ) at the corners 2 and 0; from side to side, the direction turns by π - θ.
+    corners = corner_dots(mesh.opposite_edges)[:, [2, 0]] + 2j * mesh.face_areas[:, None]
+    turns = -corners.conj() / np.hypot(corners.real, corners.imag)
     upward = np.roll(mesh.faces, -1, axis=1) < np.roll(mesh.faces, -2, axis=1)
-    return np.asarray(np.exp(1j * turn) * np.where(upward, 1, -1))
+    ones = np.ones(mesh.n_faces)
+    return np.stack([ones, turns[:, 0], turns[:, 0] * turns[:, 1]], axis=1) * np.where(upward, 1, -1)
 
 
 def edge_areas(mesh: TriangleMesh) -> Floats:
@@ -30,7 +33,9 @@ def edge_areas(mesh: TriangleMesh) -> Floats:
     return scatter_add(np.repeat(mesh.face_areas / 3, 3), mesh.edge_table.of_faces.ravel(), mesh.n_edges)
 
 
-def edge_connection_stiffness(mesh: TriangleMesh, directions: Complexes | None = None) -> sp.csr_array:
+def edge_connection_stiffness(
+    mesh: TriangleMesh, directions: Complexes | None = None, factors: Floats | None = None
+) -> sp.csr_array:
     """Assemble the connection Laplacian of tangent vectors at edges.
 
     The entry of edges k and l of a face with the angle θ between them is -2 cot θ times the rotation from l to k.
@@ -39,6 +44,7 @@ def edge_connection_stiffness(mesh: TriangleMesh, directions: Complexes | None =
     ----------
     mesh : an oriented manifold mesh.
     directions : those of `edge_directions`, if they are known.
+    factors : (m,) array, of the share of each face; by default 1.
 
     Returns
     -------
@@ -62,15 +68,15 @@ def edge_connection_stiffness(mesh: TriangleMesh, directions: Complexes | None =
     """
     to_face = edge_directions(mesh) if directions is None else directions
     cotangents, of = mesh.cotangents, mesh.edge_table.of_faces
-    values = np.empty((mesh.n_faces, 3, 3), dtype=complex)
-    for k in range(3):
-        i, j = (k + 1) % 3, (k + 2) % 3
-        values[:, k, k] = 2 * (cotangents[:, i] + cotangents[:, j])
-        values[:, i, j] = -2 * cotangents[:, k] * to_face[:, i].conj() * to_face[:, j]
-        values[:, j, i] = values[:, i, j].conj()
-    rows, columns = np.repeat(of, 3, axis=1), np.tile(of, (1, 3))
-    entries = (values.ravel(), (rows.ravel(), columns.ravel()))
-    return sp.csr_array(sp.coo_array(entries, shape=(mesh.n_edges, mesh.n_edges)))
+    if factors is not None:
+        cotangents = cotangents * factors[:, None]
+    after, before = [1, 2, 0], [2, 0, 1]
+    diagonal = scatter_add((2 * (cotangents[:, after] + cotangents[:, before])).ravel(), of.ravel(), mesh.n_edges)
+    values = (-2 * cotangents * to_face[:, after].conj() * to_face[:, before]).ravel()
+    i, j, k = of[:, after].ravel(), of[:, before].ravel(), np.arange(mesh.n_edges, dtype=of.dtype)
+    rows, columns = np.concatenate([i, j, k]), np.concatenate([j, i, k])
+    entries = np.concatenate([values, values.conj(), diagonal])
+    return sp.csr_array(sp.coo_array((entries, (rows, columns)), shape=(mesh.n_edges, mesh.n_edges)))
 
 
 def edge_vectors_at_faces(mesh: TriangleMesh, values: Complexes, directions: Complexes) -> Floats:

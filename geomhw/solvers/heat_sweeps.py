@@ -73,20 +73,28 @@ def solve_by_sweeps(matrix: sp.csr_array, rhs: Floats, arrival: Floats) -> LogVa
     return LogValues.of(w, p)
 
 
-def solve_scaled_by_sweeps(matrix: sp.csr_array, rhs: NDArray[Any], potential: Floats) -> NDArray[Any]:
+def solve_scaled_by_sweeps(
+    matrix: sp.csr_array, rhs: NDArray[Any], potential: Floats, tolerance: float | None = None
+) -> NDArray[Any]:
     """Return exp(potential) u, as `log_scaled.solve_scaled`; A is Hermitian, real or complex.
+
+    tolerance : of all sweeps, by default `TOLERANCE` and `FINAL_TOLERANCE`.
 
     Raises
     ------
     ConvergenceError
         If sweeps do not converge.
     """
-    w, p = _sorted_sweeps(matrix, rhs, potential - potential.min(initial=0.0))
+    limits = (tolerance, tolerance) if tolerance else None
+    w, p = _sorted_sweeps(matrix, rhs, potential - potential.min(initial=0.0), limits)
     return np.asarray(w * np.exp(potential - p))
 
 
-def _sorted_sweeps(matrix: sp.csr_array, rhs: NDArray[Any], arrival: Floats) -> tuple[NDArray[Any], Floats]:
-    """Return w and p, (n,) each, with u = exp(-p) w."""
+def _sorted_sweeps(
+    matrix: sp.csr_array, rhs: NDArray[Any], arrival: Floats, limits: tuple[float, float] | None = None
+) -> tuple[NDArray[Any], Floats]:
+    """Return w and p, (n,) each, with u = exp(-p) w; limits: tolerances of sweeps in the window, and of the last."""
+    tolerance, final = limits or (TOLERANCE, FINAL_TOLERANCE)
     order = _argsort(arrival.astype(np.float32))
     A, arrival, n = permuted(matrix, order), arrival[order], len(order)
     A.sort_indices()
@@ -96,9 +104,9 @@ def _sorted_sweeps(matrix: sp.csr_array, rhs: NDArray[Any], arrival: Floats) -> 
     window, margin = max(WINDOW, WINDOW_EDGES * edge), max(MARGIN, edge)
     w, p, scaled = np.zeros(n, dtype=np.result_type(matrix.dtype, rhs.dtype)), np.zeros(n), A.indptr[:-1].copy()
     state = A.indptr, A.indices, A.data, 1.0 / diagonal, rhs[order].astype(w.dtype), arrival, margin, scaled, p, w
-    converged = _sweep_outward(state, 0, window, omega, TOLERANCE)
+    converged = _sweep_outward(state, 0, window, omega, tolerance)
     # On a way longer than the window, over-relaxation would let errors grow: ω = 1.
-    if not (converged and _sweep_outward(state, n, np.inf, 1.0, FINAL_TOLERANCE)):
+    if not (converged and _sweep_outward(state, n, np.inf, 1.0, final)):
         raise ConvergenceError(
             "sweeps of the heat equation do not converge on this mesh; compute with solver='direct'", "solver='direct'"
         )
@@ -131,17 +139,21 @@ def _sweep_outward(state: Any, end: int, window: float, omega: float, tolerance:
                 data[stop] *= np.exp(p[i] - p[indices[stop]])
                 stop += 1
             scaled[i] = stop
-            residual, terms = b[i], 0.0
+            residual = b[i]
             # With unsigned indices numba does not test whether they count from the end: half of the time.
             for k in range(np.uintp(indptr[i]), np.uintp(stop)):
-                term = data[k] * w[np.uintp(indices[k])]
-                residual -= term
-                terms += abs(term.real) + abs(term.imag)
+                residual -= data[k] * w[np.uintp(indices[k])]
             change = inverse_diagonal[i] * residual
-            w[i] += omega * change
-            size = abs(w[i].real) + abs(w[i].imag) + SMALL * terms * inverse_diagonal[i]
-            if not abs(change.real) + abs(change.imag) <= tolerance * size:
-                converged = min(converged, i)
+            after = w[i] + omega * change
+            if converged == end:  # only the first row that has not converged matters
+                terms = 0.0
+                for k in range(np.uintp(indptr[i]), np.uintp(stop)):
+                    term = data[k] * w[np.uintp(indices[k])]
+                    terms += abs(term.real) + abs(term.imag)
+                size = abs(after.real) + abs(after.imag) + SMALL * terms * inverse_diagonal[i]
+                if not abs(change.real) + abs(change.imag) <= tolerance * size:
+                    converged = i
+            w[i] = after
         sweeps += 1
         if sweeps > MAX_SWEEPS:
             return False

@@ -147,8 +147,9 @@ class _Cycle:
             if not R.nnz or R.shape[0] >= A.shape[0]:  # unknowns without neighbors do not aggregate
                 break
             diagonal = A.diagonal()
-            N = sp.csr_array(A - sp.diags_array(diagonal))
-            self._levels.append((A, (N.indptr, N.indices, N.data, diagonal), R.T, R))
+            rows = np.repeat(np.arange(len(diagonal), dtype=A.indices.dtype), np.diff(A.indptr))
+            N = np.where(A.indices == rows, 0.0, A.data)
+            self._levels.append((A, (A.indptr, A.indices, N, diagonal), R.T, R))
             A = sp.csr_array(R @ A @ R.T)
             A.sort_indices()
         self._coarsest = SparseLU(A)

@@ -11,6 +11,7 @@ from geomhw.mesh.surface_points import face_point
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from support.exact import cylinder
 from support.hostile import hostile
+from support.meshes import flat_torus
 
 
 def box(cells: int, lengths: tuple[float, float, float] = (1, 1, 1)) -> TriangleMesh:
@@ -81,33 +82,6 @@ def test_cylinder() -> None:
     """On a cylinder: the shorter straight line of its two unfoldings."""
     mesh, expected = cylinder()
     np.testing.assert_allclose(ExactDistance(mesh).from_vertices([0])["distance"], expected, rtol=1e-12)
-
-
-def flat_torus(n: int = 4, rings: int = 3) -> tuple[TriangleMesh, np.ndarray, float, float]:
-    """Return a flat torus in space, a bent square tube folded from strips, its coordinates (u, v) and both widths.
-
-    A polygon of 2 rings nested tubes: the outer and inner walls of a prism, closed above and below by annuli, is not
-    flat; two prisms of the same polygon, joined at both ends, are.
-    """
-    angle = 2 * np.pi * np.arange(n) / n
-    height = 1.0
-    points, coordinates, side = [], [], 2 * np.sin(np.pi / n)
-    for level in range(rings):
-        for k in range(n):
-            points.append([np.cos(angle[k]), np.sin(angle[k]), height * level / (rings - 1)])
-            coordinates.append([k * side, height * level / (rings - 1)])
-    for level in range(1, rings - 1):
-        for k in range(n):
-            points.append([np.cos(angle[k]), np.sin(angle[k]), height * level / (rings - 1)])
-            coordinates.append([k * side, 2 * height - height * level / (rings - 1)])
-    order = [*range(rings), *range(2 * rings - 3, rings - 1, -1)]
-    faces = []
-    for i, row in enumerate(order):
-        above = order[(i + 1) % len(order)]
-        for k in range(n):
-            a, b, c, d = row * n + k, row * n + (k + 1) % n, above * n + (k + 1) % n, above * n + k
-            faces += [[a, b, c], [a, c, d]]
-    return TriangleMesh(points, faces), np.array(coordinates), n * side, 2 * height
 
 
 def test_flat_torus() -> None:

@@ -9,6 +9,7 @@ from geomhw.mesh import TriangleMesh, cylinder_band, grid, icosphere
 from geomhw.mesh.nearest import nearest_point
 from geomhw.mesh.surface_points import concatenate, face_point, vertex_points
 from support.hostile import hostile
+from support.meshes import flat_torus
 from support.rates import fitted_rate
 
 
@@ -104,6 +105,26 @@ def test_plane() -> None:
             line = lines.trace(start, vector, 9)
             assert line.stop == "boundary"
             np.testing.assert_allclose(np.abs(line.positions[-1] - 0.5)[:2].max(), 0.5, atol=1e-12)
+
+
+def test_lines_on_a_flat_torus() -> None:
+    """A line on a flat torus is straight in the unfolded plane, across vertices and round both ways."""
+    mesh, places, width, height = flat_torus(7, 4)
+    size, lines = np.array([width, height]), StraightestGeodesics(mesh)
+    for source in (0, 9, 30):
+        first = mesh.faces[(mesh.faces == source).any(axis=1)][0]
+        k = first.tolist().index(source)
+        edge = places[first[(k + 1) % 3]] - places[source]
+        edge -= size * np.round(edge / size)
+        start = np.degrees(np.arctan2(edge[1], edge[0]))
+        for degrees in np.arange(0, 360, 17.0):
+            line = lines.trace_angle(vertex_points(mesh, [source]), degrees, 11.0)
+            corners = places[mesh.faces[line.faces[-1]]]
+            corners -= size * np.round((corners - corners[0]) / size)
+            turned = np.radians(start + degrees)
+            off = line.weights[-1] @ corners - places[source] - 11.0 * np.array([np.cos(turned), np.sin(turned)])
+            assert line.length == pytest.approx(11.0, rel=1e-12)
+            np.testing.assert_allclose(off, size * np.round(off / size), atol=1e-11)
 
 
 def test_cylinder_lines() -> None:

@@ -7,7 +7,7 @@ import pytest
 
 from geomhw.geodesic import ExactDistance, ShortestPaths
 from geomhw.mesh import TriangleMesh, grid, icosphere
-from geomhw.mesh.surface_points import SurfacePoints, concatenate, face_point, vertex_points
+from geomhw.mesh.surface_points import SurfacePoints, concatenate, face_point, region_points, vertex_points
 from support.hostile import hostile
 from support.meshes import book, crumpled, sheared, spiky, split_diagonals, zoo_mesh
 from support.paths import lies_in_faces, turns
@@ -76,6 +76,24 @@ def test_nearest_source() -> None:
         each = [paths.to_nearest(source, targets.split()[k])[0].length for source in sources.split()]
         assert path.length == pytest.approx(min(each), rel=1e-12)
         assert path.end(0).report()[0] == sources.report()[int(np.argmin(each))]
+
+
+@pytest.mark.parametrize("name", [*MESHES, *OTHERS])
+def test_from_filled_region(name: str) -> None:
+    """Paths start at the nearest point of the region, mostly inside its border edges; within it, at their ends."""
+    mesh, rng = mesh_of(name), np.random.default_rng(4)
+    solver = ExactDistance(mesh)
+    near = solver.from_vertices([int(mesh.faces[0, 0])])["distance"]
+    inside = np.flatnonzero(near <= np.quantile(near[np.isfinite(near)], 0.15))
+    region, ends = region_points(mesh, inside), rng.choice(np.flatnonzero(np.isfinite(near)), 20)
+    expected = solver.from_sources(region)["distance"]
+    paths = ShortestPaths(mesh).to_nearest(region, vertex_points(mesh, ends))
+    for end, path in zip(ends.tolist(), paths, strict=True):
+        assert path.length == pytest.approx(expected[end], rel=1e-9, abs=1e-12 * mesh.mean_edge_length)
+        used = path.weights[0] > 0
+        assert np.isin(mesh.faces[path.faces[0]][used], inside).all()
+    (path,) = ShortestPaths(mesh).to_nearest(region_points(mesh, mesh.faces[0]), face_point(mesh, 0))
+    assert path.length == 0
 
 
 def test_through() -> None:
