@@ -22,6 +22,7 @@ from .atomic import together as together
 from .fields import field_file as field_file
 from .fields import field_parts as field_parts
 from .fields import read_field as read_field
+from .file_content import file_digest as file_digest
 from .file_content import read_json as read_json
 from .file_content import read_lines as read_lines
 from .polylines import POLYLINES as POLYLINES
