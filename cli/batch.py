@@ -13,7 +13,7 @@ import click
 from geomhw.errors import FormatError, GeomhwError
 from geomhw.wording import counted
 from geomhw_cli.options import REPORT, Command, OptionGroup, option
-from geomhw_cli.output_options import CURVE_FILES, FIELD_FILES, POINT_FILES, SERIES_FILES
+from geomhw_cli.output_options import CURVE_FILES, FIELD_FILES, POINT_FILES, SERIES_FILES, VECTOR_FILES
 from geomhw_cli.runtime.dask_cluster import SCHEDULER
 from geomhw_cli.runtime.job import print_json
 from geomhw_cli.runtime.mesh_batch import (
@@ -33,7 +33,7 @@ from geomhw_cli.specs.shards import WHOLE, ShardPart, shard_option
 #: Commands that take no single mesh.
 NOT_FOR = ("batch", "compare", "merge")
 #: Outputs of a command, by its group of options, or by its name.
-OUTPUTS = {FIELD_FILES: ".vtp", CURVE_FILES: ".vtp", POINT_FILES: ".vtp", SERIES_FILES: ".pvd"}
+OUTPUTS = {FIELD_FILES: ".vtp", VECTOR_FILES: ".vtp", CURVE_FILES: ".vtp", POINT_FILES: ".vtp", SERIES_FILES: ".pvd"}
 OTHER_OUTPUTS = {"operators": ".npz", "repair": ".ply", "view": ".html"}
 _OPTIONS = "geomhw.batch_options"
 

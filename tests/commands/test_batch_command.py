@@ -125,13 +125,15 @@ def test_files_that_options_name(form: str) -> None:
 
 
 def test_every_command_is_read(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The words of a batch without options are those of each command."""
+    """The words of a batch without options are those of each command, and name the output if it has one."""
     tasks: list[Task] = []
     monkeypatch.setattr("geomhw_cli.batch.run_batch", lambda found, run: (tasks.extend(found) or [], 0))
     for name in (names := set(program.commands) - set(NOT_FOR)):
         assert run("batch", name, "a/ball.off", "--out", "out").exit_code == 0
     assert {task.words[0] for task in tasks} == names
     assert all(task.words[2:3] == ["--json"] for task in tasks)
+    outputs = {name for name in names if any("-o" in option.opts for option in program.commands[name].params)}
+    assert {task.words[0] for task in tasks if task.words[3:4] == ["-o"]} == outputs
 
 
 @pytest.mark.parametrize("words", [["nothing", "a"], ["compare", "a"], ["info"], ["info", "a"]])
