@@ -63,6 +63,10 @@ class DistanceQueries:
         sets = [[spec.parts for spec in one.specs] for one in self.sets]
         return sha256(repr([pair.words for pair in self.pairs] if self.is_pairs else sets).encode()).hexdigest()
 
+    def count(self, n: int) -> int:
+        """The number of sets of sources on a mesh of n vertices."""
+        return len({id(pair.start) for pair in self.pairs}) if self.is_pairs else len(self.sets) or n
+
     def resolve(self, mesh: "TriangleMesh") -> "ResolvedQueries":
         """Find the points on a mesh. Raises FieldError for a point that the mesh does not have."""
         found: list[str] = []
