@@ -46,12 +46,13 @@ RUNS = {
     "--no-png --solver multigrid": 20_000,
     "--sources 8.txt": 200_000,
     "--sources 72.txt": 200_000,
-    "--sources 8.txt --method exact": 200_000,
-    "--sources 72.txt --method exact": 200_000,
+    "--sources 8.txt --method exact": 50_000,
+    "--sources 72.txt --method exact": 20_000,
     "--sources 8.txt --solver multigrid": 200_000,
-    "--sources 8.txt --robust --no-refine": 200_000,
+    "--sources 8.txt --robust --no-refine": 50_000,
     "--all-pairs --single": 12_000,
     "--all-pairs --method exact": 3_000,
+    "--all-pairs --method exact --limit 0.4 -o D.npz": 50_000,
 }
 
 
@@ -76,7 +77,7 @@ def measured(folder: Path, mesh: str, options: str) -> list[str]:
     """Processor seconds and megabytes of a run, and those of its estimate."""
     many = "--sources" in options or "--all-pairs" in options
     words = [mesh, *options.split(), "--json"]
-    output = ["-o", "D.npy"] if many else ["-o", "D.vtp"] if options else []
+    output = ["-o", "D.npy"] if many and "-o" not in options else ["-o", "D.vtp"] if options and not many else []
     seconds, megabytes = consumed(folder, [*words, *output])
     answer = subprocess.run(command([*words, *output, "--estimate"]), cwd=folder, capture_output=True, text=True)
     found = json.loads(answer.stdout) if answer.returncode == 0 else {"processor_seconds": 0.0, "memory": 0}
