@@ -53,10 +53,10 @@ COSTS = {
     "text": Cost(0, 1.5),
     # seconds of one more set of sources, and megabytes of a block of sets
     "multigrid set": Cost(0, 5, 1, 0, 260),
-    "direct set": Cost(0, 0.7, 1.1, 10, 5000),
+    "direct set": Cost(0, 0.8, 1.25, 10, 5000),
     "exact set": Cost(0, 54, 1.4, 0, 260),
     # one more entry of a sparse matrix, in millions
-    "entry": Cost(0, 1, 1, 0, 60),
+    "entry": Cost(0, 1.4, 1, 0, 60),
 }
 #: The most vertices at which the report compares distances with exact ones, in millions.
 COMPARED = 0.05

@@ -121,10 +121,7 @@ class ResumableFile:
             self._write(start)
 
     def append(self, data: "bytes | Written", done: int, note: Mapping[str, Any]) -> None:
-        """Append bytes, or count those that are there, after which ``done`` units of work are done.
-
-        Saves the progress now and then.
-        """
+        """Append bytes, or count bytes that are there, after which ``done`` units are done; save now and then."""
         if isinstance(data, Written):
             self._checksum = joined_checksum(self._checksum, data)
             self._length += data.size
