@@ -58,10 +58,9 @@ class DistanceQueries:
     @cached_property
     def digest(self) -> str:
         """SHA-256 of the queries, in hexadecimal."""
-        from hashlib import sha256
-
-        sets = [[spec.parts for spec in one.specs] for one in self.sets]
-        return sha256(repr([pair.words for pair in self.pairs] if self.is_pairs else sets).encode()).hexdigest()
+        if self.is_pairs:
+            return pairs_digest(self.pairs)
+        return _digest([[spec.parts for spec in one.specs] for one in self.sets])
 
     def count(self, n: int) -> int:
         """The number of sets of sources on a mesh of n vertices."""
@@ -78,6 +77,17 @@ class DistanceQueries:
             resolved = ResolvedQueries(mesh.n_vertices)
         resolved.remarks = shortened_remarks(found)
         return resolved
+
+
+def pairs_digest(pairs: Sequence[SourcePair]) -> str:
+    """SHA-256 of pairs as they are written, in hexadecimal."""
+    return _digest([pair.words for pair in pairs])
+
+
+def _digest(values: Any) -> str:
+    from hashlib import sha256
+
+    return sha256(repr(values).encode()).hexdigest()
 
 
 @dataclass
