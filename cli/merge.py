@@ -4,6 +4,7 @@ import os
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
+from zipfile import BadZipFile
 
 import click
 
@@ -58,7 +59,13 @@ def merge(shard_paths: tuple[Path, ...], output: Path, report: dict[str, Any]) -
     try:
         with locked([output]):
             found = joined(shards, output)
-    except (KeyError, TypeError, ValueError) as error:  # the shards fit together, but not to their kind
+    except (
+        KeyError,
+        IndexError,
+        TypeError,
+        ValueError,
+        BadZipFile,
+    ) as error:  # the shards fit together, but not to their kind
         raise FormatError(f"{shards[0].path.name} is damaged: what it says of its data is not complete") from error
     if report["as_json"] and not report["quiet"]:
         run = dict(shards[0].run)

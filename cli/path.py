@@ -1,6 +1,5 @@
 """``geomhw path``: shortest paths."""
 
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -10,9 +9,15 @@ from geomhw.wording import counted
 from geomhw_cli import options
 from geomhw_cli.options import INPUT, OptionGroup, command, flag, option, points_option
 from geomhw_cli.output_options import CURVE_FILES
-from geomhw_cli.runtime.curves import CURVE_EXTENSIONS, curve_data, curve_line, curve_report, write_curves
+from geomhw_cli.runtime.curves import (
+    CURVE_EXTENSIONS,
+    curve_line,
+    curve_report,
+    require_curve_shard,
+    write_curve_shard,
+    write_curves,
+)
 from geomhw_cli.runtime.job import Job
-from geomhw_cli.runtime.pictures import KINDS
 from geomhw_cli.specs.curves import read_curves
 from geomhw_cli.specs.queries import pairs_digest
 from geomhw_cli.specs.shards import WHOLE, ShardPart, shard_option
@@ -76,10 +81,8 @@ def path(
       geomhw path data/torus.off --from 0 --via 40 --via 80 --loop -o loop.vtp
       geomhw path data/torus.off --straighten loop.vtp -o geodesic.vtp
     """
-    from geomhw import __version__
     from geomhw.geodesic.shortest_paths import ShortestPaths
     from geomhw.geodesic.surface_path import polylines
-    from geomhw.io.artifacts.shards import write_shard
     from geomhw.mesh.surface_points import concatenate
     from geomhw.render.curve_pictures import curve_picture
 
@@ -92,7 +95,7 @@ def path(
         raise click.UsageError("A path needs --from and --to, or --pairs; a loop needs --from and --to or --via.")
     read = source_pairs(pairs) if pairs else []
     if shard:
-        _require_shard(pairs, files)
+        require_curve_shard("--pairs", pairs is not None, files)
     part = shard or WHOLE
     job = Job.plan("path", mesh_path, **files, **report, extensions=[".shard"] if shard else CURVE_EXTENSIONS)
     mesh = job.read()
@@ -114,14 +117,8 @@ def path(
         else:
             found = solver.to_nearest(starts.resolve(mesh, job.remarks), ends.resolve(mesh, job.remarks))
     if shard:
-        run = {"version": __version__, "mesh": mesh.digest, "question": "path --pairs", "pairs": pairs_digest(read)}
-        with job.stage("write"):
-            data = partial(curve_data, polylines(found), numbers) if found else list
-            write_shard(job.outputs[0], run, part.number, part.of, "curves", {}, data)
-        job.written.append(str(job.outputs[0]))
-        lengths = {"paths": len(found), "length": sum(path.length for path in found)}
-        lines = [*part.lines(), f"paths: {len(found)} of {len(read)}"]
-        job.finish(mesh, {**part.report(), **lengths}, lines)
+        run = {"question": "path --pairs", "pairs": pairs_digest(read)}
+        write_curve_shard(job, mesh, shard, run, dict(zip(numbers, found, strict=True)))
         return
     begins, finishes = (concatenate([path.end(k) for path in found]) for k in (0, -1))
     job.write(
@@ -148,16 +145,6 @@ def path(
     if len(found) > MAX_IN_LINE:
         lines.append(f"paths: {len(found)}, of length {sum(path.length for path in found):.10g} together")
     job.finish(mesh, {"paths": reports}, lines)
-
-
-def _require_shard(pairs: Path | None, files: dict[str, Any]) -> None:
-    """Raise UsageError unless a part of pairs goes to one file, without pictures."""
-    if not pairs:
-        raise click.UsageError("--shard is for --pairs.")
-    if drawn := next((kind for kind in (*KINDS, "html") if files[kind]), ""):
-        raise click.UsageError(f"--{drawn} and --shard exclude each other.")
-    if len(files["outputs"]) != 1:
-        raise click.UsageError("A part of --pairs goes to one file; give -o paths.K.shard.")
 
 
 def _one(mesh: "TriangleMesh", specs: SourceSpecs, where: str, job: Job) -> "SurfacePoints":

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from geomhw.mesh.primitives import icosphere
+from geomhw.mesh.primitives import grid, icosphere
 from support.messages import missing
 from support.program import files, one_line, run, save_off
 
@@ -79,6 +79,22 @@ def test_paths_join_to_the_file_of_one_run(end: str, within_faces: bool, folder:
         assert Path(f"joined{end}").read_bytes() == Path(f"one{end}").read_bytes()
 
 
+@pytest.mark.parametrize("of", [2, 5, 40])
+def test_lines_of_a_fan_join(of: int, folder: Path) -> None:
+    """The same bytes from parts of the lines of three points, some of which point off the surface."""
+    save_off(grid(4, 4), "square.off")
+    words = ["trace", "square.off", "--from", "0,4,12", "--length", "0.7", "--fan", "12"]
+    assert run(*words, "-o", "one.vtp").exit_code == 0
+    names = [f"l.{k}.shard" for k in range(1, of + 1)]
+    for k, name in enumerate(names, start=1):
+        answer = run(*words, "--shard", f"{k}/{of}", "-o", name, "-q")
+        assert answer.exit_code == 0, answer.output
+    answer = run("merge", "-o", "joined.vtp", *names, "--json")
+    assert answer.exit_code == 0, answer.output
+    assert 12 < json.loads(answer.stdout)["curves"] < 36
+    assert Path("joined.vtp").read_bytes() == Path("one.vtp").read_bytes()
+
+
 @pytest.mark.parametrize("end", [".json", ".txt"])
 def test_reports_join_to_the_file_of_one_run(end: str) -> None:
     """The report on meshes of which some fail: the same bytes from two parts, and from more parts than meshes."""
@@ -118,6 +134,8 @@ def test_parts_of_other_runs() -> None:
         "path ball.off --pairs pairs.txt --shard 1/2 -o p.vtp",
         "path ball.off --pairs pairs.txt --shard 1/2 -o p.shard --png p.png",
         "path ball.off --pairs pairs.txt -o p.shard",
+        "trace ball.off --from 0 --length 1 --shard 1/2 -o l.shard",
+        "trace ball.off --from 0 --length 1 --fan 3 --shard 1/2",
         "info ball.off ball.off --shard 1/2",
         "info ball.off ball.off --shard 1/2 -o i.json",
         "info ball.off -o i.shard",
