@@ -1,38 +1,39 @@
 """``geomhw batch``: one command over many meshes."""
 
 import os
-from collections.abc import Iterator
-from contextlib import contextmanager
-from functools import partial
+import re
+from collections.abc import Collection, Iterator, Mapping
+from contextlib import contextmanager, suppress
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
 import click
 
+from geomhw.errors import FormatError, GeomhwError
 from geomhw.wording import counted
 from geomhw_cli.options import REPORT, Command, OptionGroup, option
-from geomhw_cli.output_options import CURVE_FILES, FIELD_FILES, POINT_FILES, SERIES_FILES
+from geomhw_cli.output_options import CURVE_FILES, FIELD_FILES, POINT_FILES, SERIES_FILES, VECTOR_FILES
 from geomhw_cli.runtime.dask_cluster import SCHEDULER
 from geomhw_cli.runtime.job import print_json
 from geomhw_cli.runtime.mesh_batch import (
     Runner,
     RunTasks,
     Task,
-    content_digest,
     mesh_names,
     row_lines,
     run_batch,
     run_here,
     write_rows,
 )
-from geomhw_cli.specs.files import add_input
+from geomhw_cli.specs.files import OutputFile, Spec, add_input
 from geomhw_cli.specs.numbers import Number
 from geomhw_cli.specs.shards import WHOLE, ShardPart, shard_option
 
 #: Commands that take no single mesh.
 NOT_FOR = ("batch", "compare", "merge")
 #: Outputs of a command, by its group of options, or by its name.
-OUTPUTS = {FIELD_FILES: ".vtp", CURVE_FILES: ".vtp", POINT_FILES: ".vtp", SERIES_FILES: ".pvd"}
+OUTPUTS = {FIELD_FILES: ".vtp", VECTOR_FILES: ".vtp", CURVE_FILES: ".vtp", POINT_FILES: ".vtp", SERIES_FILES: ".pvd"}
 OTHER_OUTPUTS = {"operators": ".npz", "repair": ".ply", "view": ".html"}
 _OPTIONS = "geomhw.batch_options"
 
@@ -106,7 +107,6 @@ def batch(
       geomhw batch info data --out check -- --check
       geomhw batch geodesic data/sphere.off --out all -- --all-pairs -o {out}/D.npy
     """
-    from geomhw.errors import FormatError
     from geomhw.io.artifacts.shards import write_shard
     from geomhw.io.locks import locked
 
@@ -160,7 +160,6 @@ def _runner(scheduler: str | None, jobs: int | None) -> Iterator[RunTasks]:
 
 def _listed(meshes: tuple[str, ...]) -> list[str]:
     """The meshes that files of paths, folders and paths name, each once."""
-    from geomhw.errors import FormatError
     from geomhw.io import READABLE, read_lines
 
     found: list[str] = []
@@ -188,36 +187,76 @@ def _tasks(context: click.Context, name: str, meshes: list[str], out: Path, opti
     if name not in commands or name in NOT_FOR:
         known = ", ".join(sorted(set(commands) - set(NOT_FOR)))
         raise click.UsageError(f"'{name}' is no command for a batch; give one of {known}.")
-    outputs = _outputs(commands[name], options)
-    differ = any("{out}" in word or "{name}" in word for word in options)
-    if len(meshes) > 1 and not differ and {"-o", "--output"} & set(options):
+    command = commands[name]
+    given = _given(context, command, options)
+    written = [text for item, texts in given.items() if isinstance(item.type, OutputFile) for text in texts]
+    if len(meshes) > 1 and any(not re.search("{(out|name|mesh)}", text) for text in written):
         raise click.UsageError("All meshes would write the same files; put {out} or {name} into the options.")
-    names = mesh_names(meshes)
-    inputs = {word: content_digest(word.lstrip("@")) for word in options if os.path.isfile(word.lstrip("@"))}
+    words = [name, "{mesh}", *options, *_further(command, {text for item in given for text in item.opts})]
+    digest = cache(_content)
     tasks = []
-    for mesh, label in zip(meshes, names, strict=True):
+    for mesh, label in zip(meshes, mesh_names(meshes), strict=True):
         folder, path = Path(os.path.abspath(out / label)), os.path.abspath(mesh)
-        values = {"{out}": str(folder), "{name}": label, "{mesh}": path}
-        words = [name, path]
-        for word in [*options, *outputs]:
-            for placeholder, value in values.items():
-                word = word.replace(placeholder, value)
-            words.append(word)
-        words += [] if "--json" in options else ["--json"]
-        key = {"version": __version__, "command": words, "mesh": content_digest(path), "inputs": inputs}
-        tasks.append(Task(label, mesh, folder, words, key))
+        values = {"out": str(folder), "name": label, "mesh": path}
+        filled = [_filled(word, values) for word in words]
+        read = {file for item, texts in given.items() for text in texts for file in _files(item, _filled(text, values))}
+        inputs = {file: digest(file) for file in sorted(read)}
+        key = {"version": __version__, "command": filled, "mesh": digest(path), "inputs": inputs}
+        tasks.append(Task(label, mesh, folder, filled, key))
     return tasks
 
 
-def _outputs(command: click.Command, options: list[str]) -> list[str]:
-    """The options for the files of a command, unless some are given: all of one name in the folder of a mesh."""
+def _given(context: click.Context, command: click.Command, words: list[str]) -> dict[click.Option, list[str]]:
+    """The options that words give to a command, with their values as texts. Raises UsageError for other words."""
+    parser = command.make_parser(click.Context(command, context.parent, command.name))
+    values, _, order = parser.parse_args(["{mesh}", *words])
+    return {item: list(_texts(values[str(item.name)])) for item in order if isinstance(item, click.Option)}
+
+
+def _texts(value: object) -> Iterator[str]:
+    """All texts in nested sequences."""
+    if isinstance(value, str):
+        yield value
+    elif isinstance(value, tuple | list):
+        for item in value:
+            yield from _texts(item)
+
+
+def _filled(word: str, values: Mapping[str, str]) -> str:
+    """Replace the placeholders of a word, once each."""
+    return re.sub("{(out|name|mesh)}", lambda found: values[found[1]], word)
+
+
+def _files(item: click.Option, text: str) -> set[str]:
+    """The files that the value of an option names for reading."""
+    if isinstance(item.type, OutputFile):
+        return set()
+    found = [text.lstrip("@")]
+    with suppress(GeomhwError, click.UsageError, ValueError):  # the command itself will say what is wrong
+        found += map(str, item.type.files(text) if isinstance(item.type, Spec) else [])
+    return {path for path in found if os.path.isfile(path)}
+
+
+def _content(path: str) -> str:
+    """The digest of a file, or why it cannot be read."""
+    from geomhw.io import file_digest
+
+    try:
+        return file_digest(path)
+    except FormatError as error:
+        return str(error)
+
+
+def _further(command: click.Command, given: Collection[str]) -> list[str]:
+    """Options for the report and for the files of a command unless some are given: all of one name in a folder."""
     name = str(command.name)
     ends = [OUTPUTS[group] for group in getattr(command, "groups", ()) if group in OUTPUTS]
     end = ends[0] if ends else OTHER_OUTPUTS.get(name, "")
-    if not end or {"-o", "--output"} & set(options):
-        return []
-    found = ["-o", f"{{out}}/{name}{end}"]
-    if end == ".pvd":
+    found = [] if "--json" in given else ["--json"]
+    if not end or "--output" in given:
+        return found
+    found += ["-o", f"{{out}}/{name}{end}"]
+    if end == ".pvd" and "--csv" not in given:
         found += ["--csv", f"{{out}}/{name}.csv"]
-    draws = bool(ends) and not {"--no-png", "--png", "--all-pairs", "--pairs", "--sources"} & set(options)
+    draws = bool(ends) and not {"--no-png", "--png", "--all-pairs", "--pairs", "--sources"} & set(given)
     return found + (["--png", f"{{out}}/{name}.png"] if draws else [])

@@ -133,6 +133,11 @@ if TYPE_CHECKING:
         flag("--single", "Single precision, with --all-pairs, --pairs or --sources."),
         shard_option("sources of --all-pairs, --pairs or --sources", "such as -o D.K.shard"),
         SCHEDULER,
+        flag(
+            "--estimate",
+            "Print the processor time and memory that the run would take, from the first bytes of MESH, and compute "
+            "nothing.",
+        ),
     ),
     options.REPORT,
 )
@@ -155,6 +160,7 @@ def geodesic(
     single: bool,
     shard: ShardPart | None,
     scheduler: str | None,
+    estimate: bool,
     report: dict[str, Any],
 ) -> None:
     """Compute geodesic distance on MESH by the heat method, or exact distance.
@@ -192,13 +198,27 @@ def geodesic(
     others = {"--source": sources.specs, "--to": to.specs, **{f"--{kind}": files[kind] for kind in KINDS}}
     if labeled and single:
         raise click.UsageError("--single and --labels exclude each other.")
-    if queries := DistanceQueries.parse(all_pairs, pairs, source_file, single, others):
+    queries = DistanceQueries.parse(all_pairs, pairs, source_file, single, others)
+    ends, is_dense = [path.suffix.lower() for path in files["outputs"]], single or beyond != inf
+    may_be_sparse = all_pairs and not labeled and ends in ([".npz"], [".shard"])
+    if may_be_sparse and is_dense and ends == [".npz"]:
+        raise click.UsageError("--single and --beyond are not for sparse matrices; give -o D.npy.")
+    is_sparse = limit is not None and may_be_sparse and not is_dense
+    if (shard or scheduler) and not queries:
+        raise click.UsageError("--shard and --scheduler are for --all-pairs, --pairs and --sources.")
+    if estimate:
+        from geomhw_cli.runtime.estimate import Plan, print_estimate
+
+        draws = not queries and any([*(files[kind] for kind in KINDS), not (files["outputs"] or files["no_png"])])
+        is_partial = bool(limit is not None or to.specs or mask)
+        has_matrix = queries and not (queries.is_pairs or labeled or is_sparse)
+        width = (4 if single else 8) if has_matrix else 0
+        plan = Plan(chosen, queries, is_sparse, width, is_partial, draws, report["quiet"], shard or WHOLE)
+        print_estimate(mesh_path, plan, report["as_json"])
+        return
+    if queries:
         job = Job("geodesic", mesh_path, files["outputs"], **report)
-        ends, is_dense = [path.suffix.lower() for path in job.outputs], single or beyond != inf
-        may_be_sparse = all_pairs and not labeled and ends in ([".npz"], [".shard"])
-        if may_be_sparse and is_dense and ends == [".npz"]:
-            raise click.UsageError("--single and --beyond are not for sparse matrices; give -o D.npy.")
-        if limit is not None and may_be_sparse and not is_dense:
+        if is_sparse and limit is not None:
             if scheduler:
                 raise click.UsageError("--scheduler is not for sparse matrices, which use all cores; give --shard.")
             from geomhw_cli.runtime.sparse_distances import compute_matrix
@@ -209,8 +229,6 @@ def geodesic(
                 job, queries, "<f4" if single else "<f8", chosen, beyond, mask, labeled, shard or WHOLE, scheduler
             )
         return
-    if shard or scheduler:
-        raise click.UsageError("--shard and --scheduler are for --all-pairs, --pairs and --sources.")
     job = Job.plan("geodesic", mesh_path, **files, **report)
     if chosen.name == "exact":
         _exact(job, mask, sources, to, chosen.settings["limit"], beyond, panels)

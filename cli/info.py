@@ -1,14 +1,17 @@
 """``geomhw info``: sizes, topology and defects of a mesh."""
 
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from geomhw_cli.options import MESHES, REPORT, OptionGroup, command, flag
+from geomhw_cli.options import MESHES, OUTPUT, REPORT, OptionGroup, command, flag, option
 from geomhw_cli.runtime.job import print_json
-from geomhw_cli.specs.files import read_input
+from geomhw_cli.runtime.mesh_reports import REPORT_EXTENSIONS, Report, report_data, report_text, write_reports
+from geomhw_cli.specs.files import read_input, require_writable
+from geomhw_cli.specs.shards import WHOLE, ShardPart, shard_option
 
 if TYPE_CHECKING:
     from geomhw.mesh.diagnostics import Finding
@@ -38,10 +41,17 @@ CONSEQUENCES = {
 
 @command(
     OptionGroup("Input", flag("--check", "List defects, and what they mean for the commands.")),
+    OptionGroup(
+        "Output",
+        option("-o --output", "FILE", OUTPUT, "Write the report to this file, .json or .txt, in place of printing it."),
+        shard_option("meshes", "such as -o info.K.shard"),
+    ),
     REPORT,
     arguments=[MESHES],
 )
-def info(mesh_paths: tuple[Path, ...], check: bool, report: dict[str, Any]) -> None:
+def info(
+    mesh_paths: tuple[Path, ...], check: bool, output: Path | None, shard: ShardPart | None, report: dict[str, Any]
+) -> None:
     """Show sizes, topology and defects of each MESH.
 
     With --check, prints one line per kind of defect, with the number of places and the first of them (counted from 0;
@@ -57,9 +67,16 @@ def info(mesh_paths: tuple[Path, ...], check: bool, report: dict[str, Any]) -> N
     from geomhw.errors import ArgumentError, GeomhwError
     from geomhw.mesh import findings
 
+    if shard and not output:
+        raise click.UsageError("--shard writes a file; give -o info.K.shard.")
+    part = shard or WHOLE
+    if output:
+        require_writable([output], [".shard"] if shard else REPORT_EXTENSIONS)
     context = click.get_current_context()
-    several, code, documents = len(mesh_paths) > 1, 0, []
-    for path in mesh_paths:
+    several, code, reports = len(mesh_paths) > 1, 0, list[Report]()
+    is_text = not (report["as_json"] or report["quiet"] or output)
+    first, last = part.range(len(mesh_paths))
+    for path in mesh_paths[first:last]:
         try:
             content = read_input(path)
         except GeomhwError as error:
@@ -70,15 +87,35 @@ def info(mesh_paths: tuple[Path, ...], check: bool, report: dict[str, Any]) -> N
             continue
         found = findings(content.mesh) if check else []
         code = code or int(any(finding.kind == "defect" for finding in found))
-        if report["as_json"]:
-            documents.append(_document(path, content, found, check))
-        elif not report["quiet"]:
-            click.echo("\n".join(f"{label:<24}{text}" for label, text in _lines(path, content, found, check)))
-            if several and path is not mesh_paths[-1]:
-                click.echo()
-    if documents and not report["quiet"]:
+        lines = _lines(path, content, found, check) if is_text or output else []
+        if is_text:
+            click.echo(report_text(lines) + ("\n" if several and path is not mesh_paths[-1] else ""))
+        else:
+            reports.append((_document(path, content, found, check), lines))
+    if output:
+        _write(output, reports, mesh_paths, check, shard)
+    elif reports and not report["quiet"]:
+        documents = [document for document, _ in reports]
         print_json(documents if several else documents[0])
     context.exit(code)
+
+
+def _write(
+    output: Path, reports: Sequence[Report], mesh_paths: Sequence[Path], check: bool, shard: ShardPart | None
+) -> None:
+    """Write the reports to a file, or those of a part to a shard."""
+    from geomhw import __version__
+    from geomhw.io.artifacts.shards import write_shard
+    from geomhw.io.locks import locked
+
+    several = len(mesh_paths) > 1
+    with locked([output]):
+        if not shard:
+            write_reports(output, reports, several)
+            return
+        run = {"version": __version__, "question": "info", "meshes": [str(path) for path in mesh_paths], "check": check}
+        data = partial(report_data, reports)
+        write_shard(output, run, shard.number, shard.of, "reports", {"several": several}, data)
 
 
 def _document(path: Path, content: "Result", found: Sequence["Finding"], check: bool) -> dict[str, Any]:

@@ -9,9 +9,18 @@ from geomhw.wording import counted
 from geomhw_cli import options
 from geomhw_cli.options import INPUT, OptionGroup, command, flag, option, points_option
 from geomhw_cli.output_options import CURVE_FILES
-from geomhw_cli.runtime.curves import CURVE_EXTENSIONS, curve_line, curve_report, write_curves
+from geomhw_cli.runtime.curves import (
+    CURVE_EXTENSIONS,
+    curve_line,
+    curve_report,
+    require_curve_shard,
+    write_curve_shard,
+    write_curves,
+)
 from geomhw_cli.runtime.job import Job
 from geomhw_cli.specs.curves import read_curves
+from geomhw_cli.specs.queries import pairs_digest
+from geomhw_cli.specs.shards import WHOLE, ShardPart, shard_option
 from geomhw_cli.specs.sources import MAX_IN_LINE, MAX_REPORTED, SourceSpecs, source_pairs
 
 if TYPE_CHECKING:
@@ -40,6 +49,7 @@ SAME = 1e-9
         ),
     ),
     CURVE_FILES,
+    OptionGroup(CURVE_FILES.title, shard_option("pairs of --pairs", "such as -o paths.K.shard")),
     options.REPORT,
 )
 def path(
@@ -51,6 +61,7 @@ def path(
     pairs: Path | None,
     straighten: Path | None,
     files: dict[str, Any],
+    shard: ShardPart | None,
     report: dict[str, Any],
 ) -> None:
     """Find shortest paths on MESH between vertices or points within faces.
@@ -83,7 +94,10 @@ def path(
     if not (pairs or straighten) and not (starts.specs and (ends.specs or (loop and stops.specs))):
         raise click.UsageError("A path needs --from and --to, or --pairs; a loop needs --from and --to or --via.")
     read = source_pairs(pairs) if pairs else []
-    job = Job.plan("path", mesh_path, **files, **report, extensions=CURVE_EXTENSIONS)
+    if shard:
+        require_curve_shard("--pairs", pairs is not None, files)
+    part = shard or WHOLE
+    job = Job.plan("path", mesh_path, **files, **report, extensions=[".shard"] if shard else CURVE_EXTENSIONS)
     mesh = job.read()
     with job.stage("compute"):
         few = len(read) <= MAX_REPORTED and (not ends.specs or len(ends.resolve(mesh)) <= MAX_REPORTED)
@@ -95,11 +109,17 @@ def path(
         elif pairs:
             firsts = [_one(mesh, pair.start, pair.origin, job) for pair in read]
             seconds = [_one(mesh, pair.end, pair.origin, job) for pair in read]
-            found = solver.between(concatenate(firsts), concatenate(seconds))
+            numbered = solver.by_pair(concatenate(firsts), concatenate(seconds), slice(part.number - 1, None, part.of))
+            numbers = sorted(numbered)
+            found = [numbered[i] for i in numbers]
         elif loop or stops.specs:
             found = [_through(solver, mesh, starts, stops, ends, loop, job)]
         else:
             found = solver.to_nearest(starts.resolve(mesh, job.remarks), ends.resolve(mesh, job.remarks))
+    if shard:
+        run = {"question": "path --pairs", "pairs": pairs_digest(read)}
+        write_curve_shard(job, mesh, shard, run, dict(zip(numbers, found, strict=True)))
+        return
     begins, finishes = (concatenate([path.end(k) for path in found]) for k in (0, -1))
     job.write(
         polylines(found),

@@ -9,9 +9,17 @@ from geomhw.wording import counted
 from geomhw_cli import options
 from geomhw_cli.options import OptionGroup, command, option, points_option
 from geomhw_cli.output_options import CURVE_FILES
-from geomhw_cli.runtime.curves import CURVE_EXTENSIONS, curve_line, curve_report, write_curves
+from geomhw_cli.runtime.curves import (
+    CURVE_EXTENSIONS,
+    curve_line,
+    curve_report,
+    require_curve_shard,
+    write_curve_shard,
+    write_curves,
+)
 from geomhw_cli.runtime.job import Job
 from geomhw_cli.specs.numbers import LARGEST, SMALLEST, Number
+from geomhw_cli.specs.shards import WHOLE, ShardPart, shard_option
 from geomhw_cli.specs.sources import MAX_IN_LINE, SourceSpecs
 
 MAX_DEGREES, MAX_LINES = 1e12, 100_000
@@ -44,6 +52,7 @@ MAX_DEGREES, MAX_LINES = 1e12, 100_000
         ),
     ),
     CURVE_FILES,
+    OptionGroup(CURVE_FILES.title, shard_option("lines of --fan", "such as -o lines.K.shard")),
     options.REPORT,
 )
 def trace(
@@ -54,6 +63,7 @@ def trace(
     length: float,
     fan: int | None,
     files: dict[str, Any],
+    shard: ShardPart | None,
     report: dict[str, Any],
 ) -> None:
     """Trace straightest geodesics on MESH: the exponential map.
@@ -79,19 +89,29 @@ def trace(
 
     if vector and (angle is not None or fan):
         raise click.UsageError("--vector excludes --angle and --fan.")
-    job = Job.plan("trace", mesh_path, **files, **report, extensions=CURVE_EXTENSIONS)
+    if shard:
+        require_curve_shard("--fan", fan is not None, files)
+    job = Job.plan("trace", mesh_path, **files, **report, extensions=[".shard"] if shard else CURVE_EXTENSIONS)
     mesh = job.read()
     lines, found = [], []
     with job.stage("compute"):
         solver, sources = StraightestGeodesics(mesh), starts.resolve(mesh, job.remarks)
-        for source in sources.split():
+        first, last = (shard or WHOLE).range(len(sources) * (fan or 1))
+        for number, source in enumerate(sources.split()):
             if vector:
                 found.append(solver.trace(source, vector, length))
                 continue
-            degrees = [(angle or 0.0) + 360 * k / (fan or 1) for k in range(fan or 1)]
-            found += solver.fan(source, degrees, length) if fan else [solver.trace_angle(source, degrees[0], length)]
-        if not found:
+            if not fan:
+                found.append(solver.trace_angle(source, angle or 0.0, length))
+                continue
+            begin, past = (min(max(bound - number * fan, 0), fan) for bound in (first, last))
+            found += solver.fan(source, [(angle or 0.0) + 360 * k / fan for k in range(begin, past)], length)
+        if not (found or shard):
             raise ArgumentError("no direction stays on the surface; give another --angle or a larger --fan")
+    if shard:
+        run = {"question": "trace --fan", "sources": sources.report(), "angle": angle, "length": length, "fan": fan}
+        write_curve_shard(job, mesh, shard, run, dict(enumerate(found, start=first)))
+        return
     job.write(polylines(found), lambda cloud, look: curve_picture(mesh, cloud, sources, look=look), write_curves, mesh)
     reports = [{**curve_report(path), "stop": path.stop or None} for path in found]
     lines = [f"line: {curve_line(item)}" for item in reports[:MAX_IN_LINE]]

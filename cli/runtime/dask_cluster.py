@@ -1,17 +1,20 @@
 """Work on the workers of a Dask scheduler, in order, and again on another worker where one is lost."""
 
 import logging
+import time
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from importlib import import_module
+from math import inf
 from typing import Any
 
 from geomhw.errors import ArgumentError, ConvergenceError
 from geomhw_cli.options import option
 
-#: Workers that a task may lose before the run fails; tasks that wait for each worker; seconds to reach a scheduler.
-LOSSES, AHEAD, PATIENCE = 10, 2, 20
+#: Workers that a task may lose before the run fails; tasks that wait for each worker; seconds to reach a scheduler, and
+#: between two counts of its workers.
+LOSSES, AHEAD, PATIENCE, RECOUNT = 10, 2, 20, 1.0
 SCHEDULER = option(
     "--scheduler",
     "ADDRESS|local",
@@ -56,10 +59,12 @@ def in_order(client: Any, function: Callable[..., Any], items: Sequence[Any], *s
     """
     everywhere = [client.scatter(value, broadcast=True, hash=False) for value in shared]
     waiting: deque[Any] = deque()
-    left = iter(items)
+    left, workers, counted = iter(items), 1, -inf
     try:
         while True:
-            room = AHEAD * max(1, len(client.scheduler_info(n_workers=-1)["workers"])) - len(waiting)
+            if time.monotonic() - counted > RECOUNT:
+                workers, counted = len(client.scheduler_info(n_workers=-1)["workers"]), time.monotonic()
+            room = AHEAD * max(1, workers) - len(waiting)
             for item in (item for _, item in zip(range(room), left, strict=False)):
                 waiting.append(client.submit(function, item, *everywhere, pure=False))
             if not waiting:

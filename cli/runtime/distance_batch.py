@@ -16,6 +16,7 @@ from geomhw_cli.runtime.accuracy import accuracy_lines
 from geomhw_cli.runtime.distance_files import (
     EXTENSIONS,
     file_chunks,
+    joined_statistics,
     pair_lines,
     statistics_of,
     write_labels,
@@ -34,10 +35,10 @@ if TYPE_CHECKING:
     from geomhw.arrays import Floats
     from geomhw.geodesic.heat_method import HeatDistance
     from geomhw.geodesic.label_groups import LabelGroups
-    from geomhw.io import ResumableFile
+    from geomhw.io.artifacts.resumable_file import Place, ResumableFile, Written
     from geomhw.mesh.triangle_mesh import TriangleMesh
 
-#: A function that yields the distances from spans of the sources.
+#: A function that yields, for spans of the sources, bytes to append and the statistics of their distances.
 Answers = Callable[[Sequence[tuple[int, int]]], Iterator[Any]]
 _SOLVING = Lock()
 
@@ -70,17 +71,17 @@ def compute_distances(
     if resolved.sets is not None:
         resolved.sets = [part.points(points) for points in resolved.sets]
     groups = table.groups(part) if table else None
-    problem = _Problem(mesh, resolved, method)
+    size = block_size(mesh.n_vertices)
+    batch = _Batch(resolved, dtype, beyond, groups, *shard.range(resolved.count, size))
+    problem = _Problem(mesh, batch, method)
     with job.stage("set up"):
         solver = problem.solver if not scheduler else method.solver(mesh)
     run = _identity(mesh, queries, dtype, method, beyond, table)
-    size = block_size(mesh.n_vertices)
-    batch = _Batch(resolved, dtype, beyond, groups, *shard.range(resolved.count, size))
     unfinished = _open_unfinished(job, run | shard.report(), batch.shape(mesh, batch.first, batch.last), dtype)
     resumed = unfinished.done
     with unfinished:
         try:
-            with _answers(problem, scheduler) as answers:
+            with _answers(problem, unfinished, scheduler) as answers:
                 statistics = batch.fill(job, answers, unfinished, size)
             with job.stage("write"):
                 about = {"shape": batch.shape(mesh, 0, resolved.count), "dtype": dtype, "beyond": str(beyond)}
@@ -141,23 +142,27 @@ class _Batch:
 
     def fill(self, job: Job, answers: Answers, unfinished: "ResumableFile", size: int) -> dict[str, Any]:
         """Compute and append all blocks that are not there; return the statistics of all."""
-        statistics: Mapping[str, Any] = {"largest_distance": 0.0, "unreachable": 0, **unfinished.note}
+        statistics = {"largest_distance": 0.0, "unreachable": 0, **unfinished.note}
         begins = range(self.first + unfinished.done, self.last, size)
         spans = [(begin, min(begin + size, self.last)) for begin in begins]
         found = answers(spans)
         with progress("geodesic") as bar:
             for _, end in spans:
                 with job.stage("compute"):
-                    values = next(found)
+                    data, of_block = next(found)
                 with job.stage("write"):
-                    if self.groups:
-                        values = self.groups.of_rows(values)
-                    else:
-                        statistics = statistics_of(values, statistics)
-                        values[values == inf] = self.beyond
-                    unfinished.append(values.astype(self.dtype).tobytes(), end - self.first, statistics)
+                    statistics = joined_statistics([statistics, of_block])
+                    unfinished.append(data, end - self.first, statistics)
                 bar((end - self.first) / (self.last - self.first))
-        return dict(statistics)
+        return statistics
+
+    def written(self, values: "Floats") -> tuple[bytes, dict[str, Any]]:
+        """What is written of distances from some sources, and their statistics, zeros of tables."""
+        if self.groups:
+            return self.groups.of_rows(values).astype(self.dtype).tobytes(), joined_statistics([])
+        statistics = statistics_of(values)
+        values[values == inf] = self.beyond
+        return values.astype(self.dtype).tobytes(), statistics
 
 
 @dataclass(frozen=True)
@@ -165,39 +170,50 @@ class _Problem:
     """Queries on a mesh. A worker has a copy, and its solver."""
 
     mesh: "TriangleMesh"
-    queries: ResolvedQueries
+    batch: _Batch
     method: DistanceMethod
 
     @cached_property
     def solver(self) -> Any:
         """The solver for all queries."""
-        return self.method.solver(self.mesh, self.queries.count)
+        return self.method.solver(self.mesh, self.batch.queries.count)
 
     def __getstate__(self) -> dict[str, Any]:
         """Leave the solver here."""
         return {field.name: getattr(self, field.name) for field in fields(self)}
 
-    def distances(self, span: tuple[int, int]) -> "Floats":
-        """Distances from a span of the sources."""
-        return self.queries.distances(self.mesh, self.method.rows(self.solver), *span)
+    def block(self, span: tuple[int, int]) -> tuple[bytes, dict[str, Any]]:
+        """What is written of the distances from a span of the sources, and their statistics."""
+        rows = self.method.rows(self.solver)
+        return self.batch.written(self.batch.queries.distances(self.mesh, rows, *span))
+
+    def offset(self, first: int) -> int:
+        """Bytes of all blocks before a source."""
+        return prod(self.batch.shape(self.mesh, self.batch.first, first)) * int(self.batch.dtype[-1])
 
 
 @contextmanager
-def _answers(problem: _Problem, scheduler: str | None) -> Iterator[Answers]:
-    """A function that yields the distances from spans of the sources, in order."""
+def _answers(problem: _Problem, unfinished: "ResumableFile", scheduler: str | None) -> Iterator[Answers]:
+    """A function that yields, for spans of the sources in order, bytes to append and the statistics."""
     if scheduler is None:
-        yield partial_call(map, problem.distances)
+        yield partial_call(map, problem.block)
         return
     from geomhw_cli.runtime.dask_cluster import connected, in_order
 
     with connected(scheduler) as client:
-        yield lambda spans: in_order(client, _on_worker, spans, problem)
+        yield lambda spans: in_order(client, _on_worker, spans, problem, (unfinished.place(), unfinished.start))
 
 
-def _on_worker(span: tuple[int, int], problem: _Problem) -> "Floats":
-    """Compute on a worker, whose threads share the solver."""
+def _on_worker(
+    span: tuple[int, int], problem: _Problem, target: "tuple[Place, int]"
+) -> tuple["bytes | Written", dict[str, Any]]:
+    """Compute on a worker, whose threads share the solver, and write to the file itself if it is there."""
+    from geomhw.io.artifacts.resumable_file import write_part
+
     with _SOLVING:
-        return problem.distances(span)
+        data, statistics = problem.block(span)
+    place, start = target
+    return write_part(place, start + problem.offset(span[0]), data) or data, statistics
 
 
 def _identity(

@@ -21,10 +21,7 @@ EXTENSIONS = {"rows": [".npy"], "pairs": [".csv", ".npy"], "labels": [".csv"], "
 def join(shards: "Sequence[Shard]", path: Path) -> dict[str, Any]:
     """Write the file of one run from all of its shards; return what the report says of the distances."""
     about = shards[0].about
-    statistics = {
-        "largest_distance": max((shard.about["largest_distance"] for shard in shards), default=0.0),
-        "unreachable": sum(shard.about["unreachable"] for shard in shards),
-    }
+    statistics = joined_statistics([shard.about for shard in shards])
     if shards[0].kind == "pairs":
         write_pairs(path, heapq.merge(*(shard.lines() for shard in shards), key=_line_number), about["dtype"])
     elif shards[0].kind == "sparse":
@@ -105,15 +102,22 @@ def write_labels(path: Path, values: "Floats", about: Mapping[str, Any]) -> dict
     return found
 
 
-def statistics_of(values: "Floats", before: Mapping[str, Any] | None = None) -> dict[str, Any]:
-    """The largest finite distance and the number of infinite ones, with those before."""
+def statistics_of(values: "Floats") -> dict[str, Any]:
+    """The largest finite distance and the number of infinite ones."""
     import numpy as np
 
-    before = before or {"largest_distance": 0.0, "unreachable": 0}
     finite = np.isfinite(values)
     return {
-        "largest_distance": max(before["largest_distance"], float(values.max(where=finite, initial=0.0))),
-        "unreachable": before["unreachable"] + int(values.size - np.count_nonzero(finite)),
+        "largest_distance": float(values.max(where=finite, initial=0.0)),
+        "unreachable": int(values.size - np.count_nonzero(finite)),
+    }
+
+
+def joined_statistics(parts: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """The statistics of all parts."""
+    return {
+        "largest_distance": max((part["largest_distance"] for part in parts), default=0.0),
+        "unreachable": sum(part["unreachable"] for part in parts),
     }
 
 

@@ -9,7 +9,6 @@ import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass
-from hashlib import sha256
 from pathlib import Path
 from threading import Event, Lock
 from typing import TYPE_CHECKING, Any
@@ -59,18 +58,6 @@ def mesh_names(meshes: Sequence[str]) -> list[str]:
         names.append(next(name for name in candidates if name.casefold() not in taken))
         taken.add(names[-1].casefold())
     return names
-
-
-def content_digest(path: str) -> str:
-    """SHA-256 of a file, or why it cannot be read."""
-    digest = sha256()
-    try:
-        with open(path, "rb") as stream:
-            while data := stream.read(1 << 20):
-                digest.update(data)
-    except OSError as error:
-        return error.strerror or str(error)
-    return digest.hexdigest()
 
 
 #: A function that runs tasks, and yields each with its outcome when it ends.

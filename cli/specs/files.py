@@ -160,6 +160,14 @@ def read_input(path: Path) -> "Result":
     return read(sys.stdin.buffer, extension)
 
 
+def format_extension(path: Path) -> str:
+    """The extension that ``--format`` names for a file without a known one, else nothing."""
+    from geomhw.io import READABLE
+
+    is_known = path.suffix.lower() in READABLE
+    return "" if is_known else str(click.get_current_context().meta.get(_FORMAT, ""))
+
+
 @contextmanager
 def input_as_file(path: Path, extension: str) -> Iterator[Path]:
     """Give a path, or a temporary file with what standard input holds, with ``--format`` or else this extension."""

@@ -41,10 +41,9 @@ class LabelTable:
 
     def report(self) -> dict[str, str]:
         """Return what identifies the table in the record of a resumable run."""
-        from hashlib import sha256
+        from geomhw.io import file_digest
 
-        digest = sha256(self.path.read_bytes()).hexdigest()
-        return {"labels": digest, "array": self.field, "table": ",".join(self.statistics)}
+        return {"labels": file_digest(self.path), "array": self.field, "table": ",".join(self.statistics)}
 
     def groups(self, part: MeshPart) -> "LabelGroups":
         """Read the labels of a mesh and group the vertices of a part. Raises FieldError unless they are numbers."""

@@ -58,10 +58,13 @@ class DistanceQueries:
     @cached_property
     def digest(self) -> str:
         """SHA-256 of the queries, in hexadecimal."""
-        from hashlib import sha256
+        if self.is_pairs:
+            return pairs_digest(self.pairs)
+        return _digest([[spec.parts for spec in one.specs] for one in self.sets])
 
-        sets = [[spec.parts for spec in one.specs] for one in self.sets]
-        return sha256(repr([pair.words for pair in self.pairs] if self.is_pairs else sets).encode()).hexdigest()
+    def count(self, n: int) -> int:
+        """The number of sets of sources on a mesh of n vertices."""
+        return len({id(pair.start) for pair in self.pairs}) if self.is_pairs else len(self.sets) or n
 
     def resolve(self, mesh: "TriangleMesh") -> "ResolvedQueries":
         """Find the points on a mesh. Raises FieldError for a point that the mesh does not have."""
@@ -74,6 +77,17 @@ class DistanceQueries:
             resolved = ResolvedQueries(mesh.n_vertices)
         resolved.remarks = shortened_remarks(found)
         return resolved
+
+
+def pairs_digest(pairs: Sequence[SourcePair]) -> str:
+    """SHA-256 of pairs as they are written, in hexadecimal."""
+    return _digest([pair.words for pair in pairs])
+
+
+def _digest(values: Any) -> str:
+    from hashlib import sha256
+
+    return sha256(repr(values).encode()).hexdigest()
 
 
 @dataclass

@@ -67,16 +67,28 @@ class ShortestPaths:
 
     def between(self, sources: SurfacePoints, targets: SurfacePoints) -> list[SurfacePath]:
         """Return the shortest path from each source to the target of the same index; raises as `to_nearest`."""
+        paths = self.by_pair(sources, targets)
+        return [paths[i] for i in range(len(sources))]
+
+    def by_pair(
+        self, sources: SurfacePoints, targets: SurfacePoints, part: slice = slice(None)
+    ) -> dict[int, SurfacePath]:
+        """Return the paths of `between` from a part of the sources by their index; all parts give the same paths.
+
+        Parameters
+        ----------
+        part : selects distinct sources. Parts are independent computations on one mesh with all points inserted.
+        """
         if len(sources) != len(targets):
             raise FieldError(f"pairs need as many targets as sources, not {len(targets)} for {len(sources)}")
         points = _Points(self, concatenate([sources, targets]))
         starts, ends = points.vertices[: len(sources)], points.vertices[len(sources) :]
         paths: dict[int, SurfacePath] = {}
-        for source in np.unique(starts):
+        for source in np.unique(starts)[part]:
             (group,) = np.nonzero(starts == source)
             arrivals = points.arrivals(np.array([source]), ends[group])
             paths |= {i: points.path(arrivals, int(ends[i]), targets.name(i)) for i in group.tolist()}
-        return [paths[i] for i in range(len(sources))]
+        return paths
 
     def through(self, stops: SurfacePoints, closed: bool = False) -> SurfacePath:
         """Return the path of shortest paths from each point to the next, if closed from the last to the first, too.

@@ -22,8 +22,11 @@ from .atomic import together as together
 from .fields import field_file as field_file
 from .fields import field_parts as field_parts
 from .fields import read_field as read_field
+from .file_content import file_digest as file_digest
 from .file_content import read_json as read_json
 from .file_content import read_lines as read_lines
+from .mesh_size import MeshSize as MeshSize
+from .mesh_size import mesh_size as mesh_size
 from .polylines import POLYLINES as POLYLINES
 from .polylines import read_polylines as read_polylines
 from .reading import READABLE as READABLE

@@ -5,6 +5,7 @@ import os
 import re
 import stat
 from collections.abc import Iterator
+from hashlib import sha256
 from io import StringIO
 from itertools import chain
 from pathlib import Path
@@ -69,6 +70,24 @@ def read_bytes(path: Path, limit: int | None = None) -> bytes:
     if not data:
         raise FormatError(f"{path} is an empty file")
     return data
+
+
+def file_digest(path: str | Path) -> str:
+    """Return the SHA-256 of a file in hexadecimal; memory does not grow with its size.
+
+    Raises
+    ------
+    FormatError
+        If the file cannot be read.
+    """
+    digest = sha256()
+    try:
+        with open(path, "rb") as stream:
+            while data := stream.read(1 << 20):
+                digest.update(data)
+    except OSError as error:
+        raise FormatError(f"{path} cannot be read: {(error.strerror or str(error)).lower()}") from error
+    return digest.hexdigest()
 
 
 def read_lines(path: str | Path) -> Iterator[tuple[int, str]]:

@@ -12,6 +12,9 @@ from pathlib import Path
 import pytest
 
 from geomhw.mesh.primitives import icosphere
+from geomhw_cli.batch import NOT_FOR
+from geomhw_cli.main import program
+from geomhw_cli.runtime.mesh_batch import Task
 from support.messages import missing
 from support.program import contents, files, run, save_off
 
@@ -87,6 +90,50 @@ def test_outputs_in_the_options() -> None:
     answer = run("batch", "geodesic", "a", "b", "--out", "other", "--", "-o", "x.vtp")
     assert answer.exit_code == 2
     assert not missing(answer.stderr, "{out}")
+
+
+@pytest.mark.parametrize("form", ["-o FILE", "-oFILE", "-qo FILE", "-qoFILE", "--output FILE", "--output=FILE"])
+def test_forms_of_the_option_for_the_output(form: str) -> None:
+    """The output is read as the command reads it: no second file, and one name for two meshes is refused."""
+    words = ("batch", "repair", "a", "b/ball.off", "--out", "out", "--")
+    assert run(*words, *form.replace("FILE", "{out}/x.ply").split()).exit_code == 0
+    assert files(Path("out/ball-2")) == ["errors.txt", "outcome.json", "report.json", "x.ply"]
+    answer = run(*words, *form.replace("FILE", "x.ply").split())
+    assert (answer.exit_code, missing(answer.stderr, "{out}")) == (2, [])
+
+
+@pytest.mark.parametrize(
+    ("words", "keyword"),
+    [("--csv=t.csv", "{out}"), ("-o {out}/s.pvd --png p.png", "{out}"), ("--noise", "--noise"), ("--steps", "--steps")],
+)
+def test_options_that_no_mesh_can_take(words: str, keyword: str) -> None:
+    """Any output of one name for all meshes, and options that the command does not have or that lack a value."""
+    answer = run("batch", "fluid", "a", "b/ball.off", "--out", "out", "--", *words.split())
+    assert (answer.exit_code, missing(answer.stderr, keyword)) == (2, [])
+    assert not Path("out").exists()
+
+
+@pytest.mark.parametrize("form", ["--sources {mesh}.txt", "--sources={mesh}.txt"])
+def test_files_that_options_name(form: str) -> None:
+    """A change of a file that an option names, for each mesh its own, makes the results of that mesh anew."""
+    words = ("batch", "geodesic", "a", "b/ball.off", "--out", "out", "--json", "--", *form.split())
+    for folder in "ab":
+        Path(f"{folder}/ball.off.txt").write_text("0\n1\n")
+    kept = [json.loads(run(*words, "-o{out}/D.npy").stdout)["kept"] for _ in range(2)]
+    Path("b/ball.off.txt").write_text("2\n")
+    assert [*kept, json.loads(run(*words, "-o{out}/D.npy").stdout)["kept"]] == [0, 2, 1]
+
+
+def test_every_command_is_read(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The words of a batch without options are those of each command, and name the output if it has one."""
+    tasks: list[Task] = []
+    monkeypatch.setattr("geomhw_cli.batch.run_batch", lambda found, run: (tasks.extend(found) or [], 0))
+    for name in (names := set(program.commands) - set(NOT_FOR)):
+        assert run("batch", name, "a/ball.off", "--out", "out").exit_code == 0
+    assert {task.words[0] for task in tasks} == names
+    assert all(task.words[2:3] == ["--json"] for task in tasks)
+    outputs = {name for name in names if any("-o" in option.opts for option in program.commands[name].params)}
+    assert {task.words[0] for task in tasks if task.words[3:4] == ["-o"]} == outputs - {"info"}  # prints its report
 
 
 @pytest.mark.parametrize("words", [["nothing", "a"], ["compare", "a"], ["info"], ["info", "a"]])

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from geomhw.mesh.primitives import icosphere
+from geomhw.mesh.primitives import grid, icosphere
 from support.messages import missing
 from support.program import files, one_line, run, save_off
 
@@ -58,6 +58,95 @@ def test_shards_join_to_the_file_of_one_run(kind: str, folder: Path) -> None:
         for file in [*parts, *report["files"]]:
             Path(file).unlink()
         assert files(folder) == before
+
+
+@pytest.mark.parametrize("end", [".vtp", ".csv"])
+@pytest.mark.parametrize("within_faces", [False, True])
+def test_paths_join_to_the_file_of_one_run(end: str, within_faces: bool, folder: Path) -> None:
+    """Two parts, and more parts than some sources: the same bytes, also where points of all parts divide faces."""
+    if within_faces:
+        rng = np.random.default_rng(1)
+        points = [f"face:{f}:0.2,0.3,0.5" for f in rng.integers(0, 320, 12)]
+        Path("pairs.txt").write_text("".join(f"{points[k % 5]} {points[-1 - k % 7]}\n" for k in range(20)))
+    assert run("path", "ball.off", "--pairs", "pairs.txt", "-o", f"one{end}", "-q").exit_code == 0
+    for of in (2, 8):
+        names = [f"p.{k}.shard" for k in range(1, of + 1)]
+        for k, name in enumerate(names, start=1):
+            answer = run("path", "ball.off", "--pairs", "pairs.txt", "--shard", f"{k}/{of}", "-o", name, "-q")
+            assert answer.exit_code == 0, answer.output
+        answer = run("merge", "-o", f"joined{end}", *names[::-1], "--json")
+        assert answer.exit_code == 0, answer.output
+        assert Path(f"joined{end}").read_bytes() == Path(f"one{end}").read_bytes()
+
+
+@pytest.mark.parametrize("of", [2, 5, 40])
+def test_lines_of_a_fan_join(of: int, folder: Path) -> None:
+    """The same bytes from parts of the lines of three points, some of which point off the surface."""
+    save_off(grid(4, 4), "square.off")
+    words = ["trace", "square.off", "--from", "0,4,12", "--length", "0.7", "--fan", "12"]
+    assert run(*words, "-o", "one.vtp").exit_code == 0
+    names = [f"l.{k}.shard" for k in range(1, of + 1)]
+    for k, name in enumerate(names, start=1):
+        answer = run(*words, "--shard", f"{k}/{of}", "-o", name, "-q")
+        assert answer.exit_code == 0, answer.output
+    answer = run("merge", "-o", "joined.vtp", *names, "--json")
+    assert answer.exit_code == 0, answer.output
+    assert 12 < json.loads(answer.stdout)["curves"] < 36
+    assert Path("joined.vtp").read_bytes() == Path("one.vtp").read_bytes()
+
+
+@pytest.mark.parametrize("end", [".json", ".txt"])
+def test_reports_join_to_the_file_of_one_run(end: str) -> None:
+    """The report on meshes of which some fail: the same bytes from two parts, and from more parts than meshes."""
+    for k in range(4):
+        save_off(icosphere(k % 2), f"m{k}.off")
+    Path("cut.off").write_text("OFF\n3 1 0\n0 0 0\n")
+    words = ["info", "m0.off", "m1.off", "cut.off", "m2.off", "m3.off", "--check"]
+    printed = run(*words, *(["--json"] if end == ".json" else []))
+    answer = run(*words, "-o", f"one{end}")
+    assert (answer.exit_code, answer.stdout) == (printed.exit_code, "")
+    assert Path(f"one{end}").read_text() == printed.stdout
+    for of in (2, 7):
+        names = [f"i.{k}.shard" for k in range(1, of + 1)]
+        codes = [run(*words, "--shard", f"{k}/{of}", "-o", names[k - 1]).exit_code for k in range(1, of + 1)]
+        assert max(codes) == printed.exit_code
+        assert run("merge", "-o", f"joined{end}", *names[::-1], "-q").exit_code == 0
+        assert Path(f"joined{end}").read_bytes() == Path(f"one{end}").read_bytes()
+
+
+def test_parts_of_other_runs() -> None:
+    """Parts of other pairs, other meshes, other options or another kind do not join."""
+    Path("other.txt").write_text("0 1\n1 0\n")
+    run("path", "ball.off", "--pairs", "pairs.txt", "--shard", "1/2", "-o", "1.shard", "-q")
+    run("path", "ball.off", "--pairs", "other.txt", "--shard", "2/2", "-o", "2.shard", "-q")
+    one_line(run("merge", "-o", "p.csv", "1.shard", "2.shard"), "2.shard ... another run ... pairs")
+    run("info", "ball.off", "ball.off", "--shard", "2/2", "-o", "3.shard")
+    one_line(run("merge", "-o", "p.csv", "1.shard", "3.shard"), "another run")
+    run("info", "ball.off", "ball.off", "--check", "--shard", "1/2", "-o", "4.shard")
+    one_line(run("merge", "-o", "p.json", "3.shard", "4.shard"), "another run", "check")
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        "path ball.off --from 0 --to 3 --shard 1/2 -o p.shard",
+        "path ball.off --pairs pairs.txt --shard 1/2",
+        "path ball.off --pairs pairs.txt --shard 1/2 -o p.vtp",
+        "path ball.off --pairs pairs.txt --shard 1/2 -o p.shard --png p.png",
+        "path ball.off --pairs pairs.txt -o p.shard",
+        "trace ball.off --from 0 --length 1 --shard 1/2 -o l.shard",
+        "trace ball.off --from 0 --length 1 --fan 3 --shard 1/2",
+        "info ball.off ball.off --shard 1/2",
+        "info ball.off ball.off --shard 1/2 -o i.json",
+        "info ball.off -o i.shard",
+        "info ball.off -o ball.off",
+    ],
+)
+def test_parts_go_to_shards(words: str, folder: Path) -> None:
+    """A part is written to a shard, and a whole run is not."""
+    before = files(folder)
+    assert run(*words.split()).exit_code == 2
+    assert files(folder) == before
 
 
 def test_the_report_says_which_part() -> None:

@@ -7,11 +7,14 @@ import sys
 import threading
 import time
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
+from geomhw.io.artifacts.resumable_file import ResumableFile
 from geomhw.mesh.primitives import icosphere
 from support.messages import missing
 from support.program import run, save_off
@@ -70,6 +73,24 @@ def test_the_client_is_killed(cluster: Any, matrix: bytes) -> None:
     answer = run(*command)
     assert answer.exit_code == 0, answer.output
     assert Path("D.npy").read_bytes() == matrix
+
+
+@pytest.mark.parametrize("options", ["--all-pairs --single", "--pairs pairs.txt", "--all-pairs --labels l.npy"])
+def test_workers_of_other_machines(cluster: Any, options: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Workers that do not see the file send their blocks; the bytes are those of one run, as where they see it."""
+    save_off(icosphere(3))
+    Path("pairs.txt").write_text("".join(f"{k} {k // 2}\n" for k in range(642)))
+    np.save("l.npy", np.arange(642) % 5)
+    end = ".npy" if "--single" in options else ".csv"
+    assert run("geodesic", "ball.off", *options.split(), "-o", f"one{end}", "-q").exit_code == 0
+    place = ResumableFile.place
+    for inode in (None, 0):
+        if inode is not None:
+            monkeypatch.setattr(ResumableFile, "place", lambda self: replace(place(self), inode=0))
+        words = [*options.split(), "-o", f"D{end}", "-q", "--scheduler", cluster.scheduler_address]
+        answer = run("geodesic", "ball.off", *words)
+        assert answer.exit_code == 0, answer.output
+        assert Path(f"D{end}").read_bytes() == Path(f"one{end}").read_bytes()
 
 
 def test_a_batch_on_workers(cluster: Any, folder: Path) -> None:

@@ -5,6 +5,8 @@ import os
 import subprocess
 import sys
 import zipfile
+import zlib
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +14,7 @@ import pytest
 
 from geomhw.errors import FormatError
 from geomhw.io.artifacts.checkpoints import read_checkpoint
-from geomhw.io.artifacts.resumable_file import ResumableFile
+from geomhw.io.artifacts.resumable_file import ResumableFile, Written, write_part
 from geomhw.io.locks import locked
 from geomhw.mesh.primitives import icosphere
 from support.program import contents, files, one_line, run, save_off
@@ -169,6 +171,37 @@ def test_damaged_rows(at: int, folder: Path) -> None:
     with pytest.raises(FormatError, match=r"D\.partial\.npy is damaged"):
         ResumableFile("D.npy", {"a": 1}, b"start", 21)
     assert Path("D.partial.npy").read_bytes() == data
+
+
+@pytest.mark.parametrize("sizes", [(8, 8), (0, 16), (1, 15), (100_000, 7)])
+def test_parts_that_other_processes_write(sizes: tuple[int, int], folder: Path) -> None:
+    """Parts in any order, some through this process: the file of one run, also after an interrupt between them."""
+    one, two = (bytes(k % 251 for k in range(size)) for size in sizes)
+    size = 5 + sum(sizes)
+    with ResumableFile("D.npy", {"a": 1}, b"start", size) as partial:
+        write_part(partial.place(), 5 + sizes[0], two)
+        written = write_part(partial.place(), 5, one)
+        assert written == Written(sizes[0], zlib.crc32(one))
+        partial.append(written, 1, {})
+    with ResumableFile("D.npy", {"a": 1}, b"start", size) as partial:
+        assert partial.done == 1
+        partial.append(two, 2, {})
+    with ResumableFile("D.npy", {"a": 1}, b"start", size) as partial:
+        assert partial.done == 2
+        partial.finish()
+    assert Path("D.npy").read_bytes() == b"start" + one + two
+
+
+def test_parts_go_to_no_other_file(folder: Path) -> None:
+    """On a machine without the file, or with that of another run, nothing is written."""
+    with ResumableFile("D.npy", {"a": 1}, b"start", 21) as partial:
+        place, before = partial.place(), Path("D.partial.npy").read_bytes()
+        assert write_part(replace(place, inode=place.inode + 1), 5, b"row one.") is None
+        assert write_part(replace(place, run={"a": 2}), 5, b"row one.") is None
+        for name in ("path", "state"):
+            assert write_part(replace(place, **{name: Path("nowhere")}), 5, b"row one.") is None
+        assert Path("D.partial.npy").read_bytes() == before
+    assert files(folder) == ["ball.off"]
 
 
 def test_files_of_others(folder: Path) -> None:

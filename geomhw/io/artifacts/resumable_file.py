@@ -10,6 +10,8 @@ import shutil
 import time
 import zlib
 from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
 from io import FileIO
 from pathlib import Path
 from types import TracebackType
@@ -23,6 +25,42 @@ from geomhw.io.locks import is_at, lock_open_file
 INTERVAL = 1.0
 #: Bytes read at a time.
 _READ = 1 << 24
+
+
+@dataclass(frozen=True)
+class Written:
+    """Bytes that another process wrote: their number and CRC-32."""
+
+    size: int
+    checksum: int
+
+
+@dataclass(frozen=True)
+class Place:
+    """An unfinished file, the file of its progress, its inode and its run, by which other machines recognize it."""
+
+    path: Path
+    state: Path
+    inode: int
+    run: Mapping[str, Any]
+
+
+def write_part(place: Place, start: int, data: bytes) -> "Written | None":
+    """Write bytes into an unfinished file from ``start`` on; return None if the file is not at this place here."""
+    try:
+        if json.loads(place.state.read_text(encoding="utf-8"))["run"] != place.run or not place.inode:
+            return None
+        stream = FileIO(place.path, "r+b")
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
+    with stream, reporting_errors(place.path):
+        if os.fstat(stream.fileno()).st_ino != place.inode:
+            return None
+        stream.seek(start)
+        left = memoryview(data)
+        while left:
+            left = left[stream.write(left) :]
+    return Written(len(data), zlib.crc32(data))
 
 
 class ResumableFile:
@@ -82,12 +120,20 @@ class ResumableFile:
             self._save()  # first, so that a killed run is known as one
             self._write(start)
 
-    def append(self, data: bytes, done: int, note: Mapping[str, Any]) -> None:
-        """Append bytes, after which ``done`` units of work are done; save the progress now and then."""
-        self._write(data)
+    def append(self, data: "bytes | Written", done: int, note: Mapping[str, Any]) -> None:
+        """Append bytes, or count bytes that are there, after which ``done`` units are done; save now and then."""
+        if isinstance(data, Written):
+            self._checksum = joined_checksum(self._checksum, data)
+            self._length += data.size
+        else:
+            self._write(data)
         self.done, self.note = done, dict(note)
         if time.monotonic() - self._saved > INTERVAL:
             self._save()
+
+    def place(self) -> "Place":
+        """Return the file as other processes find it, to write parts of it with `write_part`."""
+        return Place(self.path.absolute(), self.state.absolute(), os.fstat(self._stream.fileno()).st_ino, self._run)
 
     def finish(self) -> None:
         """Give the file the target's name and remove the progress."""
@@ -124,7 +170,7 @@ class ResumableFile:
     def _opened(self) -> FileIO:
         """Open and lock the unfinished file."""
         with reporting_errors(self.path):
-            stream = FileIO(self.path, "ab")
+            stream = FileIO(self.path, "r+b", opener=lambda path, flags: os.open(path, flags | os.O_CREAT, 0o666))
         try:
             lock_open_file(stream, self.path)
             if not is_at(stream, self.path):
@@ -137,6 +183,7 @@ class ResumableFile:
     def _write(self, data: bytes) -> None:
         left = memoryview(data)
         with reporting_errors(self.path):
+            self._stream.seek(self._length)
             while left:
                 left = left[self._stream.write(left) :]
         self._length += len(data)
@@ -225,3 +272,27 @@ class ResumableFile:
 
 def _checksum(progress: Mapping[str, Any]) -> int:
     return zlib.crc32(json.dumps(progress, sort_keys=True).encode())
+
+
+def joined_checksum(first: int, following: Written) -> int:
+    """CRC-32 of bytes with one CRC-32 and following bytes: first · x^(8 size) + that of the others, modulo 2."""
+    return _product(_power(8 * following.size), first) ^ following.checksum
+
+
+def _product(a: int, b: int) -> int:
+    """Product of polynomials modulo that of CRC-32. Bit 31 is the coefficient of 1, bit 0 that of x^31."""
+    product = 0
+    for bit in range(31, -1, -1):
+        if a >> bit & 1:
+            product ^= b
+        b = b >> 1 ^ (0xEDB88320 if b & 1 else 0)
+    return product
+
+
+@cache
+def _power(exponent: int) -> int:
+    """x^exponent modulo the polynomial of CRC-32."""
+    if exponent < 2:
+        return 1 << (31 - exponent)
+    half = _power(exponent // 2)
+    return _product(_product(half, half), _power(exponent % 2))
