@@ -18,6 +18,7 @@ from geomhw.geodesic.surface_path import SurfacePath, joined, on_original, path_
 from geomhw.geodesic.unfolded_faces import Surface
 from geomhw.mesh.inserted_points import InsertedPoints, insert_points
 from geomhw.mesh.surface_points import SurfacePoints, concatenate, face_points, vertex_points
+from geomhw.mesh.topology import vertex_components
 from geomhw.mesh.triangle_mesh import TriangleMesh
 
 
@@ -124,7 +125,8 @@ class _Points:
 
     def arrivals(self, sources: Ints, targets: Ints) -> Arrivals:
         """Return the straight lines by which the targets are reached, and all vertices on the paths there."""
-        return self._solver.arrivals(vertex_points(self._solver.mesh, sources), targets=targets)
+        mesh = self._solver.mesh
+        return self._solver.arrivals(vertex_points(mesh, sources), targets=_in_one_place(mesh, targets))
 
     def nearest_starts(self, sources: SurfacePoints, targets: SurfacePoints) -> SurfacePoints:
         """Return the point of the sources, filled regions among them, nearest to each target."""
@@ -136,7 +138,7 @@ class _Points:
         named = np.unique(np.concatenate([starts, filled]))
         mesh = self._solver.mesh
         given = replace(vertex_points(mesh, named), filled=np.isin(named, filled))
-        arrivals = self._solver.arrivals(given, targets=ends)
+        arrivals = self._solver.arrivals(given, targets=_in_one_place(mesh, ends))
         for i, v in enumerate(ends.tolist()):
             _require_path(arrivals, v, targets.name(i))
         faces, weights = nearest_starts(mesh, arrivals, ends)
@@ -150,6 +152,15 @@ class _Points:
         _require_path(arrivals, v, name)
         path = traced_path(self._solver, arrivals, v, self._ties)
         return on_original(self._mesh, self._inserted, path) if self._inserted else path
+
+
+def _in_one_place(mesh: TriangleMesh, vertices: Ints) -> Ints:
+    """Add the vertices that edges of zero length join to given ones: a path may arrive through any of them."""
+    joined_edges = mesh.edges[mesh.edge_lengths == 0]
+    if not len(joined_edges):
+        return vertices
+    label = vertex_components(joined_edges, mesh.n_vertices)
+    return np.flatnonzero(np.isin(label, label[vertices]))
 
 
 def _require_path(arrivals: Arrivals, v: int, name: str) -> None:

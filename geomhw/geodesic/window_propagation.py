@@ -43,6 +43,8 @@ def propagate(surface: Surface, front: Front, places: Floats, faces: Ints, withi
         while done < len(targets) and front.distance[targets[done]] <= key:
             done += 1
         if 0 < len(targets) == done:
+            for target in targets:  # keys rise up to rounding only
+                key = max(key, front.distance[target])
             return key
         room, used = len(front.windows) - 64, front.counts[IN_USE]
         may_lack = item >= h or 8 * (1 + 2 * _copies(surface, item)) * used > room

@@ -123,3 +123,19 @@ def test_pinched() -> None:
     mesh = hostile("bow_tie")
     (path,) = ShortestPaths(mesh).between(face_point(mesh, 0), face_point(mesh, mesh.n_faces - 1))
     assert len(path.vertices) == 1
+
+
+@pytest.mark.parametrize("seed", [0, 3, 80, 120])
+def test_among_vertices_in_one_place(seed: int) -> None:
+    """Paths to vertices that edges of zero length join, by whichever of them the path arrives, have the distance."""
+    rng, ball = np.random.default_rng(seed), icosphere(2)
+    points = np.array(ball.vertices)
+    for _ in range(12):
+        corners = ball.faces[rng.integers(ball.n_faces)][: rng.integers(2, 4)]
+        points[corners] = points[corners[0]]
+    mesh = TriangleMesh(points, ball.faces)
+    paths, exact = ShortestPaths(mesh), ExactDistance(mesh)
+    for _ in range(20):
+        pair = rng.integers(mesh.n_vertices, size=2)
+        (path,) = paths.between(vertex_points(mesh, pair[:1]), vertex_points(mesh, pair[1:]))
+        assert path.length == pytest.approx(exact.from_vertices(pair[:1])["distance"][pair[1]], abs=1e-12)
