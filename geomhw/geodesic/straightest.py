@@ -78,9 +78,10 @@ class StraightestGeodesics:
             raise ArgumentError(f"the vector at {source.name(0)} is normal to the surface")
         for corner in fan.corners:
             f, k = divmod(corner, 3)
-            a, b = (
+            edges = [
                 self.mesh.vertices[self.mesh.faces[f, (k + i) % 3]] - self.mesh.vertices[fan.vertex] for i in (1, 2)
-            )
+            ]
+            a, b = (edge / max(np.linalg.norm(edge), np.finfo(float).tiny) for edge in edges)  # of any scale
             share = np.linalg.lstsq(np.stack([a, b, normal], axis=1), given, rcond=None)[0][:2]
             if (share >= -1e-12 * np.abs(share).max()).all() and share.max() > 0:
                 inside = np.maximum(share, 0) @ [a, b]

@@ -9,7 +9,7 @@ from geomhw.mesh import TriangleMesh, cylinder_band, grid, icosphere
 from geomhw.mesh.nearest import nearest_point
 from geomhw.mesh.surface_points import concatenate, face_point, vertex_points
 from support.hostile import hostile
-from support.meshes import flat_torus
+from support.meshes import flat_torus, zoo_mesh
 from support.rates import fitted_rate
 
 
@@ -187,3 +187,16 @@ def test_ties() -> None:
     paths = ShortestPaths(mesh := cylinder_band(24, 8, height=2.0), ties=True)
     ends = vertex_points(mesh, 24 * 5 + np.array([11, 12, 13]))
     assert [path.tied for path in paths.to_nearest(vertex_points(mesh, [0]), ends)] == [False, True, False]
+
+
+@pytest.mark.parametrize("power", [-40, -13, 39])
+def test_straightest_lines_scale_with_the_mesh(power: int) -> None:
+    """A line from a vertex along a vector is the same to the bit on a mesh that is scaled by a power of two."""
+    ball = zoo_mesh("crumpled_sphere")
+    small = TriangleMesh(ball.vertices * 2.0**power, ball.faces)
+    for vector in ([1.0, 2.0, 3.0], [-1.0, 0.5, 0.1]):
+        lines = [
+            StraightestGeodesics(mesh).trace(vertex_points(mesh, [5]), vector, length)
+            for mesh, length in ((ball, 2.5), (small, 2.5 * 2.0**power))
+        ]
+        assert lines[0].positions.tobytes() == (lines[1].positions / 2.0**power).tobytes()
