@@ -27,7 +27,8 @@ def solve_laplace(
     rhs: Floats,
     held: Ints,
     values: Floats,
-    guess: Floats | None = None,
+    *,
+    isolated: Ints | None = None,
     tolerance: float = TOLERANCE,
 ) -> tuple[Floats, dict[str, Any]]:
     """Solve A x = b for a symmetric positive semidefinite A, with x known at held vertices.
@@ -37,7 +38,8 @@ def solve_laplace(
     matrix : A, (k, k + g), the rows of this rank.
     rhs : b, (k,).
     held : (k,) mask of known values; values : (k,), x there, zero elsewhere. Every component needs one.
-    guess : an approximation of x, (k,).
+    isolated : (k,) mask of unknowns without an equation, which are zero.
+    tolerance : of the preconditioned residual, relative to that of zero.
 
     Returns
     -------
@@ -49,6 +51,8 @@ def solve_laplace(
         If the iteration does not converge.
     """
     petsc, ranks, k = mesh.ranks.petsc, mesh.ranks, mesh.n_own
+    if isolated is not None:
+        held = held | isolated
     fixed, known = mesh.with_ghosts(held), mesh.with_ghosts(values)
     rhs = np.where(held, values, rhs - matrix @ known)
     A = _with_identity(matrix, fixed)
@@ -64,9 +68,6 @@ def solve_laplace(
     solver.setTolerances(rtol=tolerance, atol=0.0, max_it=MOST_ITERATIONS)
     b, x = M.createVecLeft(), M.createVecRight()
     b.setArray(rhs)
-    if guess is not None:
-        x.setArray(np.where(held, values, guess))
-        solver.setInitialGuessNonzero(True)
     solver.setFromOptions()
     solver.solve(b, x)
     found, reason, iterations = x.getArray().copy(), solver.getConvergedReason(), solver.getIterationNumber()

@@ -151,7 +151,7 @@ def _sweep_outward(state: Any, end: int, window: float, omega: float, tolerance:
     The window holds the unknowns from start to end; its first end is given. Entries of row i before scaled[i], to
     columns before the end, have been multiplied by exp(p_i - p_j).
     """
-    indptr, indices, data, inverse_diagonal, b, arrival, margin, scaled, p, w = state
+    indptr, indices, _, _, b, arrival, margin, _, p, w = state
     n, start, sweeps = len(b), 0, 0
     while start < n:
         while end < n and arrival[end] <= arrival[start] + window:
