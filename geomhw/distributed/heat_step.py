@@ -1,5 +1,6 @@
 """One backward Euler step of the heat equation, (M + tS) u = u0, on a distributed mesh: by sweeps or in rounds."""
 
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -43,12 +44,13 @@ def heat_step(
     if multiple <= SHORT:
         from geomhw.distributed.heat_sweeps import HeatSweeps
 
+        from geomhw.solvers.heat_sweeps import MAX_OMEGA
+
         sweeps = HeatSweeps(mesh, matrix, arrival)
-        try:
-            u = sweeps(impulse)
-            return u, {"method": "sweeps", "per_vertex": sweeps.per_vertex, "exchanges": sweeps.sweeps}
-        except ConvergenceError:
-            pass
+        if sweeps.omega < MAX_OMEGA:
+            with suppress(ConvergenceError):
+                u = sweeps(impulse)
+                return u, {"method": "sweeps", "per_vertex": sweeps.per_vertex, "exchanges": sweeps.sweeps}
     return _in_rounds(mesh, matrix, impulse, np.isfinite(arrival))
 
 
@@ -62,9 +64,8 @@ def _in_rounds(
         if not left:
             return values, {"method": "rounds", "rounds": len(iterations), "iterations": iterations}
         scale = _scale(mesh, matrix, known, values.log) if iterations else 0.0
-        plain = np.where(known, values.sign * np.exp(np.minimum(values.log - scale, 700.0)), 0.0)
-        # Values far above the scale have neighbors that are all known.
-        plain[values.log - scale > 600.0] = 0.0
+        # Larger values have neighbors that are all known.
+        plain = np.where(known & (values.log <= scale), values.sign * np.exp(np.minimum(values.log - scale, 0.0)), 0.0)
         rhs = impulse * np.exp(-scale) if scale > -600.0 else np.zeros_like(impulse)
         u, solved = solve_laplace(mesh, matrix, rhs, known, plain, tolerance=TOLERANCE)
         iterations.append(solved["iterations"])

@@ -61,6 +61,8 @@ class HeatSweeps:
         self._border = np.flatnonzero(np.diff(self._outer.indptr))
         self._outer = self._outer[self._border]
         self._diagonal = self._inner.diagonal()
+        #: The factor of over-relaxation; `MAX_OMEGA` where few rows are diagonally dominant, and sweeps may not converge.
+        self.omega = self._over_relaxation()
         #: Sweeps so far over windows, each followed by an exchange of values at ghosts.
         self.sweeps, self._updates = 0, 0
 
@@ -72,14 +74,17 @@ class HeatSweeps:
         ConvergenceError
             If sweeps do not converge.
         """
-        mu = absolute_row_sums(self._inner[:: len(self._order) // SAMPLES + 1]) if len(self._order) else np.zeros(0)
-        mu = mu / self._diagonal[:: len(self._order) // SAMPLES + 1] - 1.0
-        omega = self._ranks.min(over_relaxation(mu) if len(mu) else 2.0)
         edge = self._ranks.max(self._longest_edge())
-        p, w = self._swept(rhs, max(WINDOW, WINDOW_EDGES * edge), max(MARGIN, edge), omega)
+        p, w = self._swept(rhs, max(WINDOW, WINDOW_EDGES * edge), max(MARGIN, edge), self.omega)
         values, found, own = LogValues.of(np.zeros(self._n_own)), LogValues.of(w, p), self._order < self._n_own
         values.log[self._order[own]], values.sign[self._order[own]] = found.log[own], found.sign[own]
         return values
+
+    def _over_relaxation(self) -> float:
+        """ω from a sample of rows of each rank. Rows at equal intervals would not do: meshes repeat themselves."""
+        sample = np.random.default_rng(0).integers(len(self._order), size=min(SAMPLES, len(self._order)))
+        mu = absolute_row_sums(self._inner[sample]) / self._diagonal[sample] - 1.0
+        return over_relaxation(np.concatenate(self._ranks.comm.allgather(mu)))
 
     def _longest_edge(self) -> float:
         A = self._inner

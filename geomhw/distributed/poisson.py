@@ -54,7 +54,7 @@ def solve_laplace(
     if isolated is not None:
         held = held | isolated
     fixed, known = mesh.with_ghosts(held), mesh.with_ghosts(values)
-    rhs = np.where(held, values, rhs - matrix @ known)
+    rhs = np.where(held, 0.0, rhs - matrix @ known)
     A = _with_identity(matrix, fixed)
     columns = mesh.numbers[A.indices].astype(petsc.IntType)
     sizes = ((k, mesh.n_vertices), (k, mesh.n_vertices))
@@ -84,11 +84,16 @@ def solve_laplace(
 
 def _with_identity(matrix: sp.csr_array, fixed: Ints) -> sp.csr_array:
     """The matrix without the rows and columns of fixed unknowns, and with 1 on their diagonal."""
-    rows = np.repeat(np.arange(matrix.shape[0]), np.diff(matrix.indptr))
-    cut = fixed[rows] | fixed[matrix.indices]
+    rows = np.repeat(np.arange(matrix.shape[0], dtype=np.int32), np.diff(matrix.indptr))
+    cut, diagonal = fixed[rows] | fixed[matrix.indices], rows == matrix.indices
     data = np.where(cut, 0.0, matrix.data)
-    data[cut & (rows == matrix.indices)] = 1.0
-    return sp.csr_array((data, matrix.indices, matrix.indptr), shape=matrix.shape)
+    data[cut & diagonal] = 1.0
+    A = sp.csr_array((data, matrix.indices, matrix.indptr), shape=matrix.shape)
+    empty = np.ones(matrix.shape[0], dtype=bool)
+    empty[rows[diagonal]] = False
+    if empty.any():  # vertices without faces
+        A = A + sp.diags_array(empty.astype(float), shape=matrix.shape, format="csr")
+    return A
 
 
 def _precondition(solver: Any, petsc: Any) -> str:
