@@ -1,9 +1,12 @@
 """Geodesic distance by the heat method [GIH, algorithm 1] on a mesh that is distributed over MPI ranks."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 import numpy as np
+import scipy.sparse as sp
 
 from geomhw.arrays import Floats, Ints
 from geomhw.distributed.assembly import LocalOperators, assemble
@@ -67,10 +70,10 @@ def distributed_distance(
     with stage("paths along edges"):
         paths = edge_path_distance(mesh, operators, at)
     with stage("heat"):  # I. (M + tS) u = u0
-        A = backward_euler(operators.areas, operators.stiffness, step.t)
-        u0 = _source_heat(mesh, operators, A, numbers)
-        u, heat_report = heat_step(mesh, A, u0, paths / np.sqrt(step.t), step.t / operators.mean_edge_length**2)
-        del A
+        assemble_heat = partial(backward_euler, operators.areas, operators.stiffness, step.t)
+        u0 = _source_heat(mesh, operators, assemble_heat, numbers)
+        multiple = step.t / operators.mean_edge_length**2
+        u, heat_report = heat_step(mesh, assemble_heat, u0, paths / np.sqrt(step.t), multiple)
     with stage("directions and divergence"):  # II. X = -∇u/|∇u|
         div = _divergence(mesh, u, at)
     with stage("distance"):  # III. Sφ = -Div X
@@ -139,7 +142,9 @@ def _positions(mesh: LocalMesh, numbers: Ints) -> Floats:
     return positions
 
 
-def _source_heat(mesh: LocalMesh, operators: LocalOperators, A: Any, numbers: Ints) -> Floats:
+def _source_heat(
+    mesh: LocalMesh, operators: LocalOperators, assemble_heat: Callable[[], sp.csr_array], numbers: Ints
+) -> Floats:
     """u0, (k,), integrated: 1 at a source vertex alone on its component; otherwise all are equally warm, with mean 1."""
     own = numbers[(numbers >= mesh.first) & (numbers < mesh.first + mesh.n_own)] - mesh.first
     u0 = np.zeros(mesh.n_own)
@@ -150,6 +155,7 @@ def _source_heat(mesh: LocalMesh, operators: LocalOperators, A: Any, numbers: In
     if len(np.unique(np.concatenate(mesh.ranks.comm.allgather(labels)))) == len(numbers):
         return u0
     # u = 1 at the sources, and (M + tS) u = 0 elsewhere
+    A = assemble_heat()
     u = solve_laplace(mesh, A, np.zeros(mesh.n_own), u0 > 0, u0, isolated=operators.areas == 0)[0]
     shares = (A @ mesh.with_ghosts(u))[own]
     u0[own] = shares * (len(numbers) / mesh.ranks.sum(float(shares.sum())))

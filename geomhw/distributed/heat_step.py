@@ -1,5 +1,6 @@
 """One backward Euler step of the heat equation, (M + tS) u = u0, on a distributed mesh: by sweeps or in rounds."""
 
+from collections.abc import Callable
 from contextlib import suppress
 from typing import Any
 
@@ -21,13 +22,13 @@ MAX_ROUNDS = 500
 
 
 def heat_step(
-    mesh: LocalMesh, matrix: sp.csr_array, impulse: Floats, arrival: Floats, multiple: float
+    mesh: LocalMesh, assemble: Callable[[], sp.csr_array], impulse: Floats, arrival: Floats, multiple: float
 ) -> tuple[LogValues, dict[str, Any]]:
     """Solve (M + tS) u = u0, accurate relative to u at each vertex.
 
     Parameters
     ----------
-    matrix : M + tS, (k, k + g), the rows of this rank.
+    assemble : returns M + tS, (k, k + g), the rows of this rank; it is not kept.
     impulse : u0, (k,), integrated.
     arrival : (k,), path lengths from the sources over √t; inf where no heat arrives.
     multiple : t/h².
@@ -43,15 +44,15 @@ def heat_step(
     """
     if multiple <= SHORT:
         from geomhw.distributed.heat_sweeps import HeatSweeps
-
         from geomhw.solvers.heat_sweeps import MAX_OMEGA
 
-        sweeps = HeatSweeps(mesh, matrix, arrival)
+        sweeps = HeatSweeps(mesh, assemble, arrival)
         if sweeps.omega < MAX_OMEGA:
             with suppress(ConvergenceError):
                 u = sweeps(impulse)
                 return u, {"method": "sweeps", "per_vertex": sweeps.per_vertex, "exchanges": sweeps.sweeps}
-    return _in_rounds(mesh, matrix, impulse, np.isfinite(arrival))
+        del sweeps
+    return _in_rounds(mesh, assemble(), impulse, np.isfinite(arrival))
 
 
 def _in_rounds(

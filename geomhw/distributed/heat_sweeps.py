@@ -5,6 +5,7 @@ Every rank sweeps over its vertices in the window, with the last values at its g
 after each sweep. So the error of each value is small relative to that value, at any distance from the sources.
 """
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -38,13 +39,13 @@ class HeatSweeps:
 
     Parameters
     ----------
-    matrix : A, (k, k + g), the rows of this rank, with columns for its vertices and ghosts.
+    assemble : returns A, (k, k + g), the rows of this rank, with columns for its vertices and ghosts; A is not kept.
     arrival : (k,), growing about as -log u from zero at the sources; inf where no heat arrives.
     """
 
-    def __init__(self, mesh: LocalMesh, matrix: sp.csr_array, arrival: Floats) -> None:
+    def __init__(self, mesh: LocalMesh, assemble: Callable[[], sp.csr_array], arrival: Floats) -> None:
         self._ranks, self._n_own = mesh.ranks, mesh.n_own
-        rows = overlapping_rows(mesh, matrix, LAYERS)
+        rows = overlapping_rows(mesh, assemble(), LAYERS)
         self._halo, arrival = rows.halo, np.concatenate([arrival, rows.halo(arrival)])
         self._swept_here = np.flatnonzero(
             np.isfinite(arrival) & np.append(np.ones(mesh.n_own, dtype=bool), rows.overlap)
@@ -53,11 +54,14 @@ class HeatSweeps:
         self._arrival, self._ghost_arrival = arrival[self._order], arrival[mesh.n_own :]
         self._place = np.full(len(arrival), -1, dtype=np.int32)
         self._place[self._order] = np.arange(len(self._order))
-        A = rows.matrix[self._order]
-        inside = self._place[A.indices] >= 0
-        self._inner = _selected(A, inside, self._place[A.indices], len(self._order))
+        A, overlap = rows.matrix[self._order], rows.overlap
+        del rows
+        places = self._place[A.indices]
+        inside = places >= 0
+        self._outer = _selected(A, ~inside, A.indices - mesh.n_own, len(overlap))
+        self._inner = _selected(A, inside, places, len(self._order))
+        del A, places, inside
         self._inner.sort_indices()
-        self._outer = _selected(A, ~inside, A.indices - mesh.n_own, len(rows.overlap))
         self._border = np.flatnonzero(np.diff(self._outer.indptr))
         self._outer = self._outer[self._border]
         self._diagonal = self._inner.diagonal()
@@ -138,6 +142,8 @@ class HeatSweeps:
 
 def _selected(matrix: sp.csr_array, chosen: Ints, columns: Ints, width: int) -> sp.csr_array:
     """The chosen entries of a matrix, in other columns."""
+    if chosen.all():
+        return sp.csr_array((matrix.data, columns, matrix.indptr), shape=(matrix.shape[0], width))
     ends = np.concatenate([[0], np.cumsum(chosen)])[matrix.indptr]
     return sp.csr_array((matrix.data[chosen], columns[chosen], ends), shape=(matrix.shape[0], width))
 

@@ -61,6 +61,13 @@ class LocalMesh:
         """Vertices of this rank and ghosts as vertices of the whole mesh, (k + g,)."""
         return np.concatenate([self.first + np.arange(self.n_own), self.ghosts])
 
+    def numbers_of(self, local: Ints) -> Ints:
+        """Return vertices of the whole mesh, from rows of ``vertices``."""
+        numbers = self.first + local.astype(np.int64)
+        outside = local >= self.n_own
+        numbers[outside] = self.ghosts[local[outside] - self.n_own]
+        return numbers
+
     def with_ghosts(self, values: NDArray[Any]) -> NDArray[Any]:
         """Append the values at ghosts to those at the vertices of this rank."""
         return np.concatenate([values, self.halo(values)])

@@ -28,25 +28,26 @@ class OverlappingRows:
 def overlapping_rows(mesh: LocalMesh, matrix: sp.csr_array, layers: int) -> OverlappingRows:
     """Fetch the rows of ``layers`` layers of vertices around those of a rank, for the rows of each rank, (k, k + g)."""
     ranks, starts, first, k = mesh.ranks, mesh.part.starts, mesh.first, mesh.n_own
-    columns = mesh.numbers[matrix.indices]
-    lengths, rows = np.diff(matrix.indptr), [first + np.repeat(np.arange(k), np.diff(matrix.indptr))]
-    all_columns, all_data, fetched, layer = [columns], [matrix.data], [np.empty(0, dtype=np.int64)], mesh.ghosts
+    lengths, layer, fetched = np.diff(matrix.indptr), mesh.ghosts, [np.empty(0, dtype=np.int64)]
+    rows, columns, data = [], [], []
     for _ in range(layers):
         halo = Halo(ranks, starts, layer)
-        found = halo(lengths)
-        entries = _entries(matrix.indptr, halo.places)
+        found, entries = halo(lengths), _entries(matrix.indptr, halo.places)
         sent, received = _totals(lengths[halo.places], halo.sent), _totals(found, halo.received)
-        all_columns.append(ranks.send(columns[entries], sent, received))
-        all_data.append(ranks.send(matrix.data[entries], sent, received))
+        columns.append(ranks.send(mesh.numbers_of(matrix.indices[entries]), sent, received))
+        data.append(ranks.send(matrix.data[entries], sent, received))
         rows.append(np.repeat(layer, found))
         fetched.append(layer)
-        known = np.concatenate(fetched)
-        new = np.unique(all_columns[-1])
-        layer = np.setdiff1d(new[(new < first) | (new >= first + k)], known)
+        new = np.unique(columns[-1])
+        layer = np.setdiff1d(new[(new < first) | (new >= first + k)], np.concatenate(fetched))
     ghosts = np.sort(np.concatenate([*fetched, layer]))
-    places = [_local(np.concatenate(numbers), first, k, ghosts) for numbers in (rows, all_columns)]
     n = k + len(ghosts)
-    whole = sp.coo_array((np.concatenate(all_data), tuple(places)), shape=(n, n)).tocsr()
+    places = [_local(np.concatenate(numbers), first, k, ghosts) for numbers in (rows, columns)]
+    further = sp.coo_array((np.concatenate(data), (places[0] - k, places[1])), shape=(n - k, n)).tocsr()
+    own = matrix.indices.copy()
+    own[own >= k] = k + np.searchsorted(ghosts, mesh.ghosts)[own[own >= k] - k]
+    parts = (matrix.data, further.data), (own, further.indices), (matrix.indptr, further.indptr[1:] + matrix.indptr[-1])
+    whole = sp.csr_array(tuple(map(np.concatenate, parts)), shape=(n, n))
     return OverlappingRows(whole, ~np.isin(ghosts, layer), Halo(ranks, starts, ghosts))
 
 

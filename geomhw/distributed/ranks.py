@@ -1,7 +1,9 @@
 """MPI ranks: sums over all of them, exchange of rows between them, errors that all of them raise."""
 
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from time import sleep
 from typing import Any
 
 import numpy as np
@@ -9,6 +11,9 @@ from numpy.typing import NDArray
 
 from geomhw.arrays import Ints
 from geomhw.errors import ArgumentError, GeomhwError
+
+#: Seconds that a rank that fails waits for the others to fail, too, and between looks.
+PATIENCE, PAUSE = 5.0, 0.01
 
 
 class Ranks:
@@ -86,6 +91,25 @@ class Ranks:
         errors = self.comm.allgather(error and (type(error), str(error), error.remedy))
         for kind, text, remedy in filter(None, errors):
             raise kind(text, remedy)
+
+    @contextmanager
+    def stopping_together(self) -> Iterator[None]:
+        """Run a block that communicates; an error on one rank alone ends all ranks, with its message.
+
+        A rank that fails waits for the others; those that work on never arrive.
+        """
+        others = self.comm.Dup()
+        try:
+            yield
+        except Exception as error:
+            arrived = others.Ibarrier()
+            for _ in range(int(PATIENCE / PAUSE)):
+                if arrived.Test():
+                    raise
+                sleep(PAUSE)
+            text = str(error) if isinstance(error, GeomhwError) else f"{type(error).__name__}: {error}"
+            print(f"Error: rank {self.rank}: {' '.join(text.split())}", file=sys.stderr, flush=True)
+            self.comm.Abort(1)
 
 
 def connect() -> Ranks:
