@@ -1,4 +1,4 @@
-"""Distance along edges from source vertices: Dijkstra's algorithm on each rank, again where a neighbor has shorter paths."""
+"""Distance along edges from source vertices: Dijkstra's algorithm on each rank, again from ghosts that are nearer."""
 
 import numpy as np
 

@@ -14,7 +14,8 @@ from geomhw.distributed.components import component_labels
 from geomhw.distributed.edge_paths import edge_path_distance
 from geomhw.distributed.heat_step import heat_step
 from geomhw.distributed.local_mesh import LocalMesh
-from geomhw.distributed.poisson import solve_laplace
+from geomhw.distributed.poisson import DirichletProblem, solve_laplace
+from geomhw.distributed.ranks import release_memory
 from geomhw.errors import ArgumentError
 from geomhw.geodesic.diffusion_time import TimeStep, given_time
 from geomhw.geodesic.heat_method import bounded
@@ -64,20 +65,33 @@ def distributed_distance(
     stage = stages or Stages()
     with stage("assembly"):
         operators = assemble(mesh)
-        step = _time(time, operators.mean_edge_length)
+        h = operators.mean_edge_length
+        step = _time(time, h)
         numbers = source_numbers(mesh, sources)
         at = mesh.local(numbers)
+    release_memory()
     with stage("paths along edges"):
         paths = edge_path_distance(mesh, operators, at)
+    release_memory()
     with stage("heat"):  # I. (M + tS) u = u0
         assemble_heat = partial(backward_euler, operators.areas, operators.stiffness, step.t)
         u0 = _source_heat(mesh, operators, assemble_heat, numbers)
-        multiple = step.t / operators.mean_edge_length**2
-        u, heat_report = heat_step(mesh, assemble_heat, u0, paths / np.sqrt(step.t), multiple)
+        S, on_surface = operators.stiffness, operators.areas > 0
+        del operators  # S is half of it
+        u, heat_report = heat_step(mesh, assemble_heat, u0, paths / np.sqrt(step.t), step.t / h**2)
+        del assemble_heat
+    release_memory()
     with stage("directions and divergence"):  # II. X = -∇u/|∇u|
         div = _divergence(mesh, u, at)
+    release_memory()
     with stage("distance"):  # III. Sφ = -Div X
-        phi, poisson_report = _distance(mesh, operators, div, at, paths)
+        held = ~np.isfinite(paths)
+        held[at[at < mesh.n_own]] = True
+        problem = DirichletProblem(mesh, S, held)
+        del S
+        release_memory()
+        phi, poisson_report = problem.solve(-div)
+        phi[~np.isfinite(paths)] = np.inf
         positions = mesh.ranks.sum(_positions(mesh, numbers))
         phi, findings = bounded(
             phi, paths, paths > 0, lambda low: chord_to_points(mesh.vertices[low], positions), bound
@@ -85,10 +99,10 @@ def distributed_distance(
     report = {
         "sources": sources.tolist(),
         **_extremes(mesh, phi),
-        "unreachable_vertices": int(mesh.ranks.sum(int((np.isinf(phi) & (operators.areas > 0)).sum()))),
-        "time": step.report(operators.mean_edge_length),
+        "unreachable_vertices": int(mesh.ranks.sum(int((np.isinf(phi) & on_surface).sum()))),
+        "time": step.report(h),
         "bounded": bound,
-        "mean_edge_length": operators.mean_edge_length,
+        "mean_edge_length": h,
         "heat": heat_report,
         "poisson": poisson_report,
         **_combined(mesh, findings),
@@ -145,7 +159,7 @@ def _positions(mesh: LocalMesh, numbers: Ints) -> Floats:
 def _source_heat(
     mesh: LocalMesh, operators: LocalOperators, assemble_heat: Callable[[], sp.csr_array], numbers: Ints
 ) -> Floats:
-    """u0, (k,), integrated: 1 at a source vertex alone on its component; otherwise all are equally warm, with mean 1."""
+    """u0, (k,), integrated: 1 at a source alone on its component; otherwise all are equally warm, with mean 1."""
     own = numbers[(numbers >= mesh.first) & (numbers < mesh.first + mesh.n_own)] - mesh.first
     u0 = np.zeros(mesh.n_own)
     u0[own] = 1.0
@@ -156,7 +170,7 @@ def _source_heat(
         return u0
     # u = 1 at the sources, and (M + tS) u = 0 elsewhere
     A = assemble_heat()
-    u = solve_laplace(mesh, A, np.zeros(mesh.n_own), u0 > 0, u0, isolated=operators.areas == 0)[0]
+    u = solve_laplace(mesh, A, np.zeros(mesh.n_own), (u0 > 0) | (operators.areas == 0), u0)[0]
     shares = (A @ mesh.with_ghosts(u))[own]
     u0[own] = shares * (len(numbers) / mesh.ranks.sum(float(shares.sum())))
     return u0
@@ -173,17 +187,6 @@ def _divergence(mesh: LocalMesh, heat: LogValues, sources: Ints) -> Floats:
         here = used < mesh.n_own
         div[used[here]] += divergence_of(block, X)[here]
     return div
-
-
-def _distance(
-    mesh: LocalMesh, operators: LocalOperators, div: Floats, sources: Ints, paths: Floats
-) -> tuple[Floats, dict[str, Any]]:
-    """φ, (k,), zero at the sources and inf where no path leads; and a report."""
-    held = ~np.isfinite(paths)
-    held[sources[sources < mesh.n_own]] = True
-    phi, report = solve_laplace(mesh, operators.stiffness, -div, held, np.zeros(mesh.n_own))
-    phi[~np.isfinite(paths)] = np.inf
-    return phi, report
 
 
 def _extremes(mesh: LocalMesh, distance: Floats) -> dict[str, Any]:

@@ -15,6 +15,7 @@ from geomhw.arrays import Floats, Ints
 from geomhw.compiled import compiled
 from geomhw.distributed.local_mesh import LocalMesh
 from geomhw.distributed.overlap import overlapping_rows
+from geomhw.distributed.ranks import release_memory
 from geomhw.errors import ConvergenceError
 from geomhw.solvers.expm import absolute_row_sums
 from geomhw.solvers.heat_sweeps import (
@@ -61,11 +62,12 @@ class HeatSweeps:
         self._outer = _selected(A, ~inside, A.indices - mesh.n_own, len(overlap))
         self._inner = _selected(A, inside, places, len(self._order))
         del A, places, inside
+        release_memory()
         self._inner.sort_indices()
         self._border = np.flatnonzero(np.diff(self._outer.indptr))
         self._outer = self._outer[self._border]
         self._diagonal = self._inner.diagonal()
-        #: The factor of over-relaxation; `MAX_OMEGA` where few rows are diagonally dominant, and sweeps may not converge.
+        #: The factor of over-relaxation. It is `MAX_OMEGA` where few rows are diagonally dominant; sweeps may diverge.
         self.omega = self._over_relaxation()
         #: Sweeps so far over windows, each followed by an exchange of values at ghosts.
         self.sweeps, self._updates = 0, 0

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from geomhw.arrays import Floats, Ints
 from geomhw.distributed.partition import Partition, partition
-from geomhw.distributed.ranks import Ranks
+from geomhw.distributed.ranks import Ranks, release_memory
 from geomhw.distributed.slices import SlicedFile
 from geomhw.errors import MeshError
 from geomhw.mesh.triangle_mesh import TriangleMesh
@@ -118,15 +118,19 @@ def distribute(ranks: Ranks, file: SlicedFile) -> LocalMesh:
         If a coordinate is not finite, an index is out of range, or a face repeats a vertex.
     """
     part = partition(ranks, file)
+    release_memory()
     faces = _without_copies(_faces(ranks, file, part))
+    release_memory()
     first, end = part.starts[ranks.rank : ranks.rank + 2]
     others = faces[(faces < first) | (faces >= end)]
     ghosts = np.unique(others)
     halo = Halo(ranks, part.starts, ghosts)
     vertices = np.concatenate([part.vertices, halo(part.vertices)])
     is_ghost = (faces < first) | (faces >= end)
-    faces = (faces - first).astype(np.int32)
+    faces = (faces - first).astype(np.int32, copy=False)
     faces[is_ghost] = len(part.vertices) + np.searchsorted(ghosts, others)
+    del others, is_ghost
+    release_memory()
     return LocalMesh(ranks, part, file, ghosts, vertices, faces, halo)
 
 
@@ -172,10 +176,9 @@ def _check(corners: Ints, first: int, n: int) -> None:
 
 def _without_copies(faces: Ints) -> Ints:
     """Sort faces by their lowest vertices, so that neighbors are close in memory, and leave out copies of others."""
-    low, middle, high = np.sort(faces, axis=1).T
-    order = np.lexsort((high, middle, low))
-    faces = faces[order]
     keys = np.sort(faces, axis=1)
-    new = np.ones(len(faces), dtype=bool)
-    new[1:] = (keys[1:] != keys[:-1]).any(axis=1)
-    return faces if new.all() else faces[new]
+    order = np.lexsort(keys.T[::-1])
+    keys = keys[order]
+    order = order[np.append(True, (keys[1:] != keys[:-1]).any(axis=1))[: len(order)]]
+    del keys
+    return faces[order]

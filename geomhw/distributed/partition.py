@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from geomhw.arrays import Floats, Ints
+from geomhw.arrays import Floats, Ints, pieces
 from geomhw.distributed.ranks import Ranks
 from geomhw.distributed.slices import SlicedFile
 from geomhw.errors import MeshError
@@ -43,7 +43,9 @@ def partition(ranks: Ranks, file: SlicedFile) -> Partition:
             raise MeshError(f"vertex {bad} has a coordinate that is not finite")
     low = ranks.comm.allreduce(points.min(axis=0, initial=np.inf), op=_minimum)
     high = ranks.comm.allreduce(points.max(axis=0, initial=-np.inf), op=_maximum)
-    keys = hilbert_keys(points, low=low, size=float((high - low).max()))
+    keys, size = np.empty(len(points), dtype=np.uint64), float((high - low).max())
+    for piece in pieces(len(points)):
+        keys[piece] = hilbert_keys(points[piece], low=low, size=size)
     order = np.argsort(keys, kind="stable")
     counts = np.diff(np.searchsorted(keys[order], _splitters(ranks, keys[order])), prepend=0, append=len(keys))
     found, received = ranks.exchange(keys[order], counts)
@@ -51,9 +53,11 @@ def partition(ranks: Ranks, file: SlicedFile) -> Partition:
     vertices = ranks.send(points[order], counts, received)[sent]
     in_file = ranks.send(begin + order, counts, received)[sent]
     starts = ranks.starts(len(vertices))
-    replies = np.empty(len(sent), dtype=np.int64)
+    # In 32 bits if all vertices fit: half of the memory.
+    kind = np.int32 if file.n_vertices < 2**31 else np.int64
+    replies = np.empty(len(sent), dtype=kind)
     replies[sent] = starts[ranks.rank] + np.arange(len(sent))
-    numbers = np.empty(len(order), dtype=np.int64)
+    numbers = np.empty(len(order), dtype=kind)
     numbers[order] = ranks.send(replies, received, counts)
     return Partition(starts, vertices, in_file, shares, numbers)
 

@@ -1,4 +1,4 @@
-"""Results of a distributed mesh as files: a VTK piece a rank with an index of them, or one file in the order of the input."""
+"""Results of a distributed mesh as files: VTK pieces with an index of them, or one file in the order of the input."""
 
 from collections.abc import Iterator
 from pathlib import Path

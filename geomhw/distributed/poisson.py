@@ -4,8 +4,9 @@ from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
+from numpy.typing import NDArray
 
-from geomhw.arrays import Floats, Ints
+from geomhw.arrays import Floats
 from geomhw.distributed.local_mesh import LocalMesh
 from geomhw.errors import ConvergenceError
 
@@ -21,68 +22,73 @@ BOOMERAMG = {
 }
 
 
-def solve_laplace(
-    mesh: LocalMesh,
-    matrix: sp.csr_array,
-    rhs: Floats,
-    held: Ints,
-    values: Floats,
-    *,
-    isolated: Ints | None = None,
-    tolerance: float = TOLERANCE,
-) -> tuple[Floats, dict[str, Any]]:
-    """Solve A x = b for a symmetric positive semidefinite A, with x known at held vertices.
+class DirichletProblem:
+    """A x = b for a symmetric positive semidefinite A, with x known at held vertices; A is copied to PETSc.
 
     Parameters
     ----------
     matrix : A, (k, k + g), the rows of this rank.
-    rhs : b, (k,).
-    held : (k,) mask of known values; values : (k,), x there, zero elsewhere. Every component needs one.
-    isolated : (k,) mask of unknowns without an equation, which are zero.
-    tolerance : of the preconditioned residual, relative to that of zero.
-
-    Returns
-    -------
-    x, (k,), and the number of iterations and the preconditioner, for a report.
-
-    Raises
-    ------
-    ConvergenceError
-        If the iteration does not converge.
+    held : (k,) mask of known values. Every component needs one, and every vertex without an equation is one.
     """
-    petsc, ranks, k = mesh.ranks.petsc, mesh.ranks, mesh.n_own
-    if isolated is not None:
-        held = held | isolated
-    fixed, known = mesh.with_ghosts(held), mesh.with_ghosts(values)
-    rhs = np.where(held, 0.0, rhs - matrix @ known)
-    A = _with_identity(matrix, fixed)
-    columns = mesh.numbers[A.indices].astype(petsc.IntType)
-    sizes = ((k, mesh.n_vertices), (k, mesh.n_vertices))
-    csr = (A.indptr.astype(petsc.IntType), columns, A.data)
-    M = petsc.Mat().createAIJ(sizes, csr=csr, comm=ranks.comm)
-    del A, columns, csr
-    solver = petsc.KSP().create(ranks.comm)
-    solver.setOperators(M)
-    solver.setType("cg")
-    name = _precondition(solver, petsc)
-    solver.setTolerances(rtol=tolerance, atol=0.0, max_it=MOST_ITERATIONS)
-    b, x = M.createVecLeft(), M.createVecRight()
-    b.setArray(rhs)
-    solver.setFromOptions()
-    solver.solve(b, x)
-    found, reason, iterations = x.getArray().copy(), solver.getConvergedReason(), solver.getIterationNumber()
-    for item in (solver, M, b, x):
-        item.destroy()
-    if reason <= 0:
-        raise ConvergenceError(
-            f"the Poisson equation is not solved after {iterations} iterations (PETSc's reason {reason}); "
-            "look for faces of nearly no area"
-        )
-    found[held] = values[held]
-    return found, {"iterations": iterations, "preconditioner": name}
+
+    def __init__(self, mesh: LocalMesh, matrix: sp.csr_array, held: NDArray[np.bool_]) -> None:
+        petsc, k = mesh.ranks.petsc, mesh.n_own
+        self._held, self._ranks = held, mesh.ranks
+        A = _with_identity(matrix, mesh.with_ghosts(held))
+        columns = mesh.numbers_of(A.indices).astype(petsc.IntType)
+        sizes = ((k, mesh.n_vertices), (k, mesh.n_vertices))
+        csr = (A.indptr.astype(petsc.IntType, copy=False), columns, A.data)
+        self._matrix = petsc.Mat().createAIJ(sizes, csr=csr, comm=mesh.ranks.comm)
+
+    def solve(self, rhs: Floats, tolerance: float = TOLERANCE) -> tuple[Floats, dict[str, Any]]:
+        """Return x, (k,), zero where held, and the number of iterations and the preconditioner, for a report.
+
+        Parameters
+        ----------
+        rhs : b less the share of known values, (k,).
+        tolerance : of the preconditioned residual, relative to that of zero.
+
+        Raises
+        ------
+        ConvergenceError
+            If the iteration does not converge.
+        """
+        M, petsc = self._matrix, self._ranks.petsc
+        solver = petsc.KSP().create(self._ranks.comm)
+        solver.setOperators(M)
+        solver.setType("cg")
+        name = _precondition(solver, petsc)
+        solver.setTolerances(rtol=tolerance, atol=0.0, max_it=MOST_ITERATIONS)
+        b, x = M.createVecLeft(), M.createVecRight()
+        b.setArray(np.where(self._held, 0.0, rhs))
+        solver.setFromOptions()
+        solver.solve(b, x)
+        found, reason, iterations = x.getArray().copy(), solver.getConvergedReason(), solver.getIterationNumber()
+        for item in (solver, M, b, x):
+            item.destroy()
+        if reason <= 0:
+            raise ConvergenceError(
+                f"the Poisson equation is not solved after {iterations} iterations (PETSc's reason {reason}); "
+                "look for faces of nearly no area"
+            )
+        return found, {"iterations": iterations, "preconditioner": name}
 
 
-def _with_identity(matrix: sp.csr_array, fixed: Ints) -> sp.csr_array:
+def solve_laplace(
+    mesh: LocalMesh,
+    matrix: sp.csr_array,
+    rhs: Floats,
+    held: NDArray[np.bool_],
+    values: Floats,
+    tolerance: float = TOLERANCE,
+) -> tuple[Floats, dict[str, Any]]:
+    """Solve A x = b with x known at held vertices, ``values`` there and zero elsewhere, (k,); as `DirichletProblem`."""
+    left = rhs - matrix @ mesh.with_ghosts(values)
+    x, report = DirichletProblem(mesh, matrix, held).solve(left, tolerance)
+    return np.where(held, values, x), report
+
+
+def _with_identity(matrix: sp.csr_array, fixed: NDArray[np.bool_]) -> sp.csr_array:
     """The matrix without the rows and columns of fixed unknowns, and with 1 on their diagonal."""
     rows = np.repeat(np.arange(matrix.shape[0], dtype=np.int32), np.diff(matrix.indptr))
     cut, diagonal = fixed[rows] | fixed[matrix.indices], rows == matrix.indices

@@ -1,8 +1,9 @@
 """MPI ranks: sums over all of them, exchange of rows between them, errors that all of them raise."""
 
+import ctypes
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from time import sleep
 from typing import Any
 
@@ -110,6 +111,12 @@ class Ranks:
             text = str(error) if isinstance(error, GeomhwError) else f"{type(error).__name__}: {error}"
             print(f"Error: rank {self.rank}: {' '.join(text.split())}", file=sys.stderr, flush=True)
             self.comm.Abort(1)
+
+
+def release_memory() -> None:
+    """Return freed memory to the system, where the C library keeps it for later arrays (glibc)."""
+    with suppress(OSError, AttributeError):
+        ctypes.CDLL(None).malloc_trim(0)
 
 
 def connect() -> Ranks:
