@@ -15,9 +15,10 @@ TOLERANCE, MOST_ITERATIONS = 1e-11, 500
 #: Options of hypre's BoomerAMG for stiffness matrices of surfaces.
 BOOMERAMG = {
     "strong_threshold": 0.25,
-    "coarsen_type": "HMIS",
+    "coarsen_type": "PMIS",
     "interp_type": "ext+i",
     "P_max": 4,
+    "truncfactor": 0.2,
     "relax_type_all": "symmetric-SOR/Jacobi",
 }
 
@@ -113,5 +114,6 @@ def _precondition(solver: Any, petsc: Any) -> str:
         return "gamg"
     options = petsc.Options()
     for name, value in BOOMERAMG.items():
-        options.setValue(f"pc_hypre_boomeramg_{name}", value)
+        if not options.hasName(option := f"pc_hypre_boomeramg_{name}"):  # PETSC_OPTIONS decide
+            options.setValue(option, value)
     return "boomeramg"
