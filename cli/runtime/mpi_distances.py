@@ -1,7 +1,7 @@
 """Geodesic distances over MPI ranks: the options that there are, the files, and the report of rank 0."""
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,7 +13,8 @@ from geomhw.stages import Stages
 from geomhw.wording import counted
 from geomhw_cli.runtime.job import print_json, time_line
 from geomhw_cli.specs.files import STANDARD, require_writable
-from geomhw_cli.specs.sources import SourceSpecs, Spec, VertexList, shortened, source_line
+from geomhw_cli.specs.sources import SourceSpecs, Spec, shortened, source_line
+from geomhw_cli.specs.vertex_lists import VertexList
 
 if TYPE_CHECKING:
     from geomhw.arrays import Ints
@@ -59,10 +60,10 @@ def _is_later_rank() -> bool:
     return next((os.environ[name] for name in RANK_VARIABLES if name in os.environ), "0") != "0"
 
 
-def _needed(connect: Any) -> "Ranks":
+def _needed(connect: "Callable[[], Ranks]") -> "Ranks":
     """Start MPI. Raises ArgumentError that names the option, if a library is missing."""
     try:
-        return connect()  # type: ignore[no-any-return]
+        return connect()
     except ArgumentError as error:
         raise ArgumentError(f"--engine petsc: {error}") from error
 

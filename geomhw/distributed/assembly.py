@@ -4,8 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
+from numpy.typing import NDArray
 
-from geomhw.arrays import Floats, Ints, scatter_add
+from geomhw.arrays import Floats, Ints
 from geomhw.distributed.local_mesh import LocalMesh
 from geomhw.mesh.geometry import distances
 from geomhw.operators.edge_matrix import edge_matrix, weight_sums
@@ -50,7 +51,7 @@ def assemble(mesh: LocalMesh) -> LocalOperators:
     pairs, cotan = _summed(np.concatenate(edges), np.concatenate(weights), n)
     lengths = distances(mesh.vertices, pairs)
     S = edge_matrix(pairs, -cotan, weight_sums(pairs, cotan, n))[:k]
-    ours = (pairs < k).all(axis=1)
+    ours: NDArray[np.bool_] = np.asarray((pairs < k).all(axis=1))
     # An edge to a ghost belongs to the rank of its first vertex in the order of the curve.
     ours[~ours] = mesh.ghosts[pairs[~ours].max(axis=1) - k] >= mesh.first
     length, count = mesh.ranks.sum(np.array([lengths[ours].sum(), ours.sum()]))
@@ -61,9 +62,3 @@ def _summed(edges: Ints, weights: Floats, n: int) -> tuple[Ints, Floats]:
     """Return each edge, (e, 2), the lower end first, once, with the sum of its weights."""
     table = sp.coo_array((weights, (edges[:, 0], edges[:, 1])), shape=(n, n)).tocsr()
     return np.stack([np.repeat(np.arange(n, dtype=np.int32), np.diff(table.indptr)), table.indices], axis=1), table.data
-
-
-def own_sum(values: Floats, places: Ints, size: int) -> Floats:
-    """Sum values at places below ``size``; others are left out."""
-    here = places < size
-    return np.asarray(scatter_add(values[here], places[here], size))

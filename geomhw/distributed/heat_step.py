@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
+from numpy.typing import NDArray
 
 from geomhw.arrays import Floats
 from geomhw.distributed.local_mesh import LocalMesh
@@ -56,10 +57,11 @@ def heat_step(
 
 
 def _in_rounds(
-    mesh: LocalMesh, matrix: sp.csr_array, impulse: Floats, reached: Floats
+    mesh: LocalMesh, matrix: sp.csr_array, impulse: Floats, reached: NDArray[np.bool_]
 ) -> tuple[LogValues, dict[str, Any]]:
     """u by conjugate gradients: each round finds the next twelve decay lengths from those that are known."""
-    values, known, iterations = LogValues.of(np.zeros(mesh.n_own)), ~reached, []
+    values, known = LogValues.of(np.zeros(mesh.n_own)), ~reached
+    iterations: list[int] = []
     for _ in range(MAX_ROUNDS):
         left = mesh.ranks.sum(int((~known).sum()))
         if not left:
@@ -78,7 +80,7 @@ def _in_rounds(
     raise ConvergenceError("heat does not reach the far side of the mesh; take a larger time step")
 
 
-def _scale(mesh: LocalMesh, matrix: sp.csr_array, known: Floats, log: Floats) -> float:
+def _scale(mesh: LocalMesh, matrix: sp.csr_array, known: NDArray[np.bool_], log: Floats) -> float:
     """The largest log|u| at a known vertex that has an unknown neighbor."""
     unknown = mesh.with_ghosts(~known).astype(float)
     pattern = sp.csr_array((np.ones_like(matrix.data), matrix.indices, matrix.indptr), shape=matrix.shape)

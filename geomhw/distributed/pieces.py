@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -84,7 +85,7 @@ def _piece(result: LocalResult) -> Result | None:
     return Result(TriangleMesh(mesh.vertices[used], places[faces]), fields)
 
 
-def _arrays(result: LocalResult) -> dict[str, NDArray[np.generic]]:
+def _arrays(result: LocalResult) -> dict[str, NDArray[Any]]:
     """The fields, and the number of each vertex in the file."""
     return {**result.fields, "vertex": result.mesh.part.in_file}
 
@@ -101,7 +102,7 @@ def _index(path: Path, result: LocalResult, sources: list[str]) -> str:
     return "\n".join(lines)
 
 
-def _type(kind: np.dtype) -> str:  # type: ignore[type-arg]
+def _type(kind: np.dtype[Any]) -> str:
     return f"{'Float' if kind.kind == 'f' else 'UInt' if kind.kind == 'u' else 'Int'}{8 * kind.itemsize}"
 
 
@@ -180,7 +181,7 @@ def _vtk_data(mesh: LocalMesh, arrays: dict[str, Floats], extension: str, sizes:
     yield b"\n</AppendedData>\n</VTKFile>\n"
 
 
-def in_file_order(mesh: LocalMesh, values: NDArray[np.generic]) -> NDArray[np.generic]:
+def in_file_order(mesh: LocalMesh, values: NDArray[Any]) -> NDArray[Any]:
     """Return the values of the vertices of the file that this rank has read, from those of its own vertices, (k,)."""
     order = np.argsort(mesh.part.in_file, kind="stable")
     counts = np.diff(np.searchsorted(mesh.part.in_file[order], mesh.part.file_starts))
@@ -191,7 +192,7 @@ def in_file_order(mesh: LocalMesh, values: NDArray[np.generic]) -> NDArray[np.ge
     return ordered
 
 
-def _gathered(mesh: LocalMesh, values: NDArray[np.generic]) -> Iterator[NDArray[np.generic]]:
+def _gathered(mesh: LocalMesh, values: NDArray[Any]) -> Iterator[NDArray[Any]]:
     """Yield the values of all ranks on rank 0, block by block, in the order of the file; others send theirs."""
     ranks, sizes = mesh.ranks, np.diff(mesh.part.file_starts)
     for rank, size in enumerate(sizes):
@@ -201,5 +202,5 @@ def _gathered(mesh: LocalMesh, values: NDArray[np.generic]) -> Iterator[NDArray[
                 ranks.comm.send(block, dest=0)
             elif rank and ranks.rank == 0:
                 block = ranks.comm.recv(source=rank)
-            if ranks.rank == 0:
+            if block is not None and ranks.rank == 0:
                 yield block

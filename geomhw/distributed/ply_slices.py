@@ -1,6 +1,7 @@
 """Slices of binary PLY files of triangles."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -49,7 +50,7 @@ class SlicedPly(SlicedFile):
             raise unsliceable(self.path, f"face {begin + bad} has {rows['count'][bad]} corners")
         return rows["corners"].astype(np.int64)
 
-    def _row(self, element: Element) -> np.dtype:  # type: ignore[type-arg]
+    def _row(self, element: Element) -> np.dtype[Any]:
         """The layout of a row of an element, with lists of three."""
         fields: list[tuple[object, ...]] = []
         for item in element.properties:
