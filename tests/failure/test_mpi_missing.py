@@ -28,7 +28,7 @@ def without_petsc(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.usefixtures("without_petsc")
 def test_library() -> None:
     """Connecting raises an error that says what to install."""
-    with pytest.raises(ArgumentError, match="petsc4py.*apt install"):
+    with pytest.raises(ArgumentError, match=r"petsc4py.*apt install"):
         connect()
 
 
