@@ -4,6 +4,11 @@ PYTHON ?= python3
 VENV ?= .venv
 BIN = $(VENV)/bin
 BENCH = .venv-bench
+MPI = .venv-mpi
+MPI_PACKAGES = python3-petsc4py python3-mpi4py openmpi-bin python3-venv
+PETSC4PY = /usr/lib/petscdir/petsc*/*-real/lib/python3/dist-packages
+# Open MPI starts neither as root nor with more ranks than cores unless it is told to.
+MPIRUN = OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 OPENBLAS_NUM_THREADS=1 mpirun --oversubscribe
 DEMO = demo
 RUNS ?= 60000
 SEED ?= 0
@@ -12,7 +17,7 @@ COUNT ?= 100
 # Interpreters in which `make check-install` installs the package.
 PYTHONS ?= $(foreach v,3.10 3.11 3.12 3.13 3.14,$(shell python$(v) -c "import sys; print(sys.executable)" 2>/dev/null))
 
-.PHONY: demo test lint bench golden fuzz attack docs man check-install clean
+.PHONY: demo test test-mpi lint bench golden fuzz attack docs man check-install clean
 
 # Runs the main job: geodesic distance on the creature of data/, as VTK and PNG.
 demo: $(VENV)/.installed
@@ -27,6 +32,12 @@ demo: $(VENV)/.installed
 test: $(VENV)/.developing
 	$(BIN)/python -m compileall -q geomhw cli
 	OPENBLAS_NUM_THREADS=1 LP_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses auto --dist worksteal
+
+# geodesic --engine petsc on 1, 2 and 4 ranks, in an environment that sees Debian's petsc4py, mpi4py and MPI.
+test-mpi: $(MPI)/.developing
+	for ranks in 1 2 4; do \
+	  $(MPIRUN) -n $$ranks $(MPI)/bin/python -m pytest -p no:cacheprovider tests/mpi/ranks || exit 1; done
+	$(MPI)/bin/python -m pytest tests/mpi/runs
 
 lint: $(VENV)/.developing
 	$(BIN)/ruff check .
@@ -75,7 +86,7 @@ check-install: $(VENV)/.developing
 	done; done
 
 clean:
-	rm -rf $(VENV) $(BENCH) $(DEMO) build dist *.egg-info
+	rm -rf $(VENV) $(BENCH) $(MPI) $(DEMO) build dist *.egg-info
 
 $(BIN)/python:
 	$(PYTHON) -m venv $(VENV) || { rm -rf $(VENV); \
@@ -88,6 +99,17 @@ $(VENV)/.installed: pyproject.toml | $(BIN)/python
 $(VENV)/.developing: pyproject.toml | $(BIN)/python
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable ".[dev]"
 	@touch $@ $(VENV)/.installed
+
+# Debian's petsc4py is compiled for Debian's Python, /usr/bin/python3, and for numpy 1.
+$(MPI)/.developing: pyproject.toml
+	@{ command -v mpirun && ls -d $(PETSC4PY) && /usr/bin/python3 -c "import mpi4py, ensurepip"; } >/dev/null 2>&1 || \
+	  { [ "$$(id -u)" = 0 ] && command -v apt-get >/dev/null && apt-get update -qq && \
+	    apt-get install -y -qq --no-install-recommends $(MPI_PACKAGES) >/dev/null; } || { \
+	  echo "make: PETSc and MPI are missing; on Debian and Ubuntu: apt install $(MPI_PACKAGES)" >&2; exit 1; }
+	test -x $(MPI)/bin/python || /usr/bin/python3 -m venv --system-site-packages $(MPI) || { rm -rf $(MPI); exit 1; }
+	$(MPI)/bin/python -m pip install --quiet --disable-pip-version-check --editable ".[test]" "numpy<2"
+	ls -d $(PETSC4PY) | tail -n 1 >"$$($(MPI)/bin/python -c "import sysconfig; print(sysconfig.get_path('purelib'))")/petsc4py.pth"
+	@touch $@
 
 # Without atheris, which is not made for every Python, the run mutates files by chance.
 $(VENV)/.fuzzing: $(VENV)/.developing

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from geomhw.background import submit
-from geomhw.options import HEAT_METHOD, Boundary, DistanceMethodName, GeodesicPanel, TableStatistic
+from geomhw.options import HEAT_METHOD, Boundary, DistanceMethodName, EngineName, GeodesicPanel, TableStatistic
 from geomhw.wording import counted
 from geomhw_cli import options
 from geomhw_cli.options import INPUT, Choice, Choices, OptionGroup, choice, command, flag, is_given, option
@@ -119,6 +119,15 @@ if TYPE_CHECKING:
         options.SOLVER,
         name="method",
     ),
+    OptionGroup(
+        "Method",
+        choice(
+            "--engine",
+            EngineName,
+            "petsc: distribute the mesh over the ranks of mpirun, for meshes beyond the memory of one machine; "
+            "MESH.ply is binary, and -o OUT.pvtu, .pvtp, .vtu, .vtp or .npy. Needs petsc4py and mpi4py.",
+        ),
+    ),
     VECTOR_FILES,
     OptionGroup(
         "Output",
@@ -154,6 +163,7 @@ def geodesic(
     mask: MaskSpec | None,
     to: SourceSpecs,
     method: dict[str, Any],
+    engine: EngineName,
     files: dict[str, Any],
     panels: tuple[str, ...],
     beyond: float,
@@ -191,8 +201,14 @@ def geodesic(
       geomhw geodesic data/creature.obj --source 0 -o creature.vtp --png creature.png
       geomhw geodesic data/strip.off --source boundary --source face:17:0.2,0.3,0.5 --no-png
       geomhw geodesic data/creature.obj --all-pairs -o D.npy
+      mpirun -n 4 geomhw geodesic huge.ply --engine petsc -o out.pvtu
       geomhw geodesic data/creature.obj --method exact --source 0 --limit 0.5 --beyond -1 -o near.vtp
     """
+    if engine == "petsc":
+        from geomhw_cli.runtime.mpi_distances import distances_over_ranks
+
+        distances_over_ranks(mesh_path, sources, method["time"], method["bound"], files["outputs"], report)
+        return
     chosen = DistanceMethod.parse(method_name, method, limit)
     labeled = LabelTable.parse(labels, table, all_pairs)
     others = {"--source": sources.specs, "--to": to.specs, **{f"--{kind}": files[kind] for kind in KINDS}}

@@ -26,6 +26,8 @@ ShellName = Literal["bash", "zsh", "fish"]
 SampleMethod = Literal["farthest", "poisson"]
 #: How geodesic distances are computed: by the heat method, or exactly on the polyhedral surface.
 DistanceMethodName = Literal["heat", "exact"]
+#: What computes distances: this process, or PETSc on the ranks that mpirun starts.
+EngineName = Literal["embedded", "petsc"]
 #: What a table of distances between labels contains, over the pairs of their vertices.
 TableStatistic = Literal["mean", "min", "max"]
 #: How linear systems are solved: by what is faster for the size and the number of solutions, by iteration, or by

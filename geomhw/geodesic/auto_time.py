@@ -52,7 +52,7 @@ def time_step(asked: str | float, surface: PolyhedralSurface) -> TimeStep:
     """
     surface.require_area("robust=True")
     if str(asked).strip() != "auto":
-        return given_time(asked, surface)
+        return given_time(asked, surface.mean_edge_length)
     h = surface.mean_edge_length
     ratio = math.sqrt(h) / h**2
     if not (LEAST <= ratio <= MOST and isinstance(surface, TriangleMesh)):

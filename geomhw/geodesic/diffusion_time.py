@@ -5,7 +5,6 @@ import re
 from dataclasses import dataclass
 
 from geomhw.errors import ArgumentError
-from geomhw.mesh.polyhedral import PolyhedralSurface
 
 #: Diffusion times in h². Longer ones leave u constant up to rounding; shorter ones give the same directions of ∇u.
 SHORTEST, LONGEST = 1e-60, 1e8
@@ -25,9 +24,9 @@ class TimeStep:
         return {"t_over_h2": self.t / h**2, "t": self.t, "asked": self.asked, "reason": self.reason}
 
 
-def given_time(asked: str | float, surface: PolyhedralSurface) -> TimeStep:
+def given_time(asked: str | float, h: float) -> TimeStep:
     """Return the diffusion time on a surface of mean edge length h; as `time_step`, without ``auto``."""
-    text, h = str(asked).strip(), surface.mean_edge_length
+    text = str(asked).strip()
     if text == "sqrt-h":
         step = TimeStep(math.sqrt(h), text, "√h, as asked")
     elif match := _MULTIPLE.fullmatch(text):

@@ -4,11 +4,12 @@ Let heat flow from the sources for a short time, keep only the direction in whic
 gradient points that way. Crane, Weischedel, Wardetzky: Geodesics in Heat, ACM Trans. Graph. 32(5), 2013.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from geomhw.arrays import Floats, Ints
 from geomhw.background import submit
@@ -159,7 +160,10 @@ class HeatDistance:
             if self._refine:
                 phi = np.asarray(self._exact.from_sources(sources)["distance"])
             else:
-                phi, findings = self._bounded(self._poisson(div, sources, known, u), sources, known, paths)
+                phi = self._poisson(div, sources, known, u)
+                phi, findings = bounded(
+                    phi, paths, known > 0, lambda low: chord_to_nearest(mesh, sources, low), self.bound
+                )
         with stage("results"):
             if surface is not mesh:
                 gradients, X = unit_field(mesh, u, sources.vertices)
@@ -226,26 +230,6 @@ class HeatDistance:
 
         return ExactDistance(self.mesh)
 
-    def _bounded(
-        self, distance: Floats, sources: SurfacePoints, known: Floats, paths: Floats
-    ) -> tuple[Floats, dict[str, Any]]:
-        """Distances clamped to edge paths and, where they are not positive, to the chord; and how many vertices
-        were.
-        """
-        long = (distance > paths * (1 + ROUNDING)) & np.isfinite(distance)
-        low = (distance <= 0) & (known > 0)
-        findings: dict[str, Any] = {}
-        if long.any():
-            excess = float((distance[long] / paths[long] - 1).max())
-            findings["beyond_edge_paths"] = {"vertices": int(np.count_nonzero(long)), "most": excess}
-        if low.any():
-            findings["below_zero"] = {"vertices": int(np.count_nonzero(low)), "lowest": float(distance[low].min())}
-        if not self.bound:
-            return distance, findings
-        distance = np.minimum(distance, paths)
-        distance[low] = chord_to_nearest(self.mesh, sources, np.flatnonzero(low))
-        return distance, findings
-
     def _report(self, sources: SurfacePoints, distance: Floats) -> dict[str, Any]:
         if np.isnan(distance).any():
             raise ConvergenceError("the distance came out undefined; look for faces of nearly no area")
@@ -258,6 +242,29 @@ class HeatDistance:
             "unreachable_vertices": int(np.count_nonzero(~finite & self._heat.surface)),
             **self.settings(),
         }
+
+
+def bounded(
+    distance: Floats, paths: Floats, positive: NDArray[np.bool_], chord: Callable[[Ints], Floats], bound: bool = True
+) -> tuple[Floats, dict[str, Any]]:
+    """Clamp distances, (n,), to edge paths and, where they are not positive, to the chord; count both.
+
+    positive: (n,) mask of the vertices whose distance is positive. chord: returns the distance in space from vertices
+    to the nearest source. bound: whether to clamp, or only count.
+    """
+    long = (distance > paths * (1 + ROUNDING)) & np.isfinite(distance)
+    low = (distance <= 0) & positive
+    findings: dict[str, Any] = {}
+    if long.any():
+        excess = float((distance[long] / paths[long] - 1).max())
+        findings["beyond_edge_paths"] = {"vertices": int(np.count_nonzero(long)), "most": excess}
+    if low.any():
+        findings["below_zero"] = {"vertices": int(np.count_nonzero(low)), "lowest": float(distance[low].min())}
+    if not bound:
+        return distance, findings
+    distance = np.minimum(distance, paths)
+    distance[low] = chord(np.flatnonzero(low))
+    return distance, findings
 
 
 def heat_distance(

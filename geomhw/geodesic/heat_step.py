@@ -59,7 +59,7 @@ class HeatStep:
                 f"there is no boundary condition '{boundary}'; choose from {', '.join(get_args(Boundary))}"
             )
         self.mesh, self.solver, self.solves = mesh, solver, solves
-        self.time = time if isinstance(time, TimeStep) else given_time(time, mesh)
+        self.time = time if isinstance(time, TimeStep) else given_time(time, mesh.mean_edge_length)
         self.stiffness = stiffness(mesh)
         self.surface = np.ones(mesh.n_vertices, dtype=bool)
         self.surface[mesh.unreferenced_vertices] = False

@@ -91,11 +91,16 @@ def chord_to_nearest(mesh: TriangleMesh, sources: SurfacePoints, vertices: Ints 
     positions = sources.positions(mesh)
     if len(sources.segments):
         return _to_segments(mesh.vertices[vertices], positions, sources)
+    return chord_to_points(mesh.vertices[vertices], positions)
+
+
+def chord_to_points(points: Floats, positions: Floats) -> Floats:
+    """Return the distance in space from points, (k, 3), to the nearest of some positions, (k,)."""
     if len(positions) == 1:
-        return lengths(np.subtract(mesh.vertices[vertices].T, positions.T, order="C").T)
+        return lengths(np.subtract(points.T, positions.T, order="C").T)
     from scipy.spatial import KDTree
 
-    return np.asarray(KDTree(positions).query(mesh.vertices[vertices])[0])
+    return np.asarray(KDTree(positions).query(points)[0])
 
 
 def _to_segments(points: Floats, positions: Floats, sources: SurfacePoints) -> Floats:

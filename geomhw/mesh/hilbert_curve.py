@@ -9,12 +9,17 @@ from geomhw.arrays import Floats
 BITS = 20
 
 
-def hilbert_keys(points: Floats, bits: int = BITS) -> NDArray[np.uint64]:
-    """Return the index of each point, (k, 3), along the Hilbert curve through the 8^bits cells of the bounding cube.
+def hilbert_keys(
+    points: Floats, bits: int = BITS, *, low: Floats | None = None, size: float = 0.0
+) -> NDArray[np.uint64]:
+    """Return the index of each point, (k, 3), along the Hilbert curve through the 8^bits cells of a cube.
+
+    low, size: lowest corner and edge length of the cube; by default those of the points.
 
     [Skilling 2004, "Programming the Hilbert curve"]
     """
-    low, size = points.min(axis=0), float(np.ptp(points, axis=0).max())
+    if low is None:
+        low, size = points.min(axis=0), float(np.ptp(points, axis=0).max())
     share = (points - low) / (size or 1.0)
     cells = np.minimum(np.floor(share * 2.0**bits), 2.0**bits - 1).astype(np.uint64)
     return _along_curve([cells[:, k] for k in range(3)], bits)

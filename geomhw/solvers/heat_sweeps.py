@@ -116,13 +116,42 @@ def _sorted_sweeps(
 
 
 @compiled
+def sweep(state: Any, start: int, end: int, omega: float, tolerance: float) -> int:
+    """Sweep once over the unknowns from start to end; return the first that has not converged, or end."""
+    indptr, indices, data, inverse_diagonal, b, _, _, scaled, p, w = state
+    converged = end
+    for i in range(start, end):
+        stop = scaled[i]
+        while stop < indptr[i + 1] and indices[stop] < end:
+            data[stop] *= np.exp(p[i] - p[indices[stop]])
+            stop += 1
+        scaled[i] = stop
+        residual = b[i]
+        # With unsigned indices numba does not test whether they count from the end: half of the time.
+        for k in range(np.uintp(indptr[i]), np.uintp(stop)):
+            residual -= data[k] * w[np.uintp(indices[k])]
+        change = inverse_diagonal[i] * residual
+        after = w[i] + omega * change
+        if converged == end:  # only the first row that has not converged matters
+            terms = 0.0
+            for k in range(np.uintp(indptr[i]), np.uintp(stop)):
+                term = data[k] * w[np.uintp(indices[k])]
+                terms += abs(term.real) + abs(term.imag)
+            size = abs(after.real) + abs(after.imag) + SMALL * terms * inverse_diagonal[i]
+            if not abs(change.real) + abs(change.imag) <= tolerance * size:
+                converged = i
+        w[i] = after
+    return converged
+
+
+@compiled
 def _sweep_outward(state: Any, end: int, window: float, omega: float, tolerance: float) -> bool:
     """Sweep until all unknowns have left the window; return whether they did.
 
     The window holds the unknowns from start to end; its first end is given. Entries of row i before scaled[i], to
     columns before the end, have been multiplied by exp(p_i - p_j).
     """
-    indptr, indices, data, inverse_diagonal, b, arrival, margin, scaled, p, w = state
+    indptr, indices, _, _, b, arrival, margin, _, p, w = state
     n, start, sweeps = len(b), 0, 0
     while start < n:
         while end < n and arrival[end] <= arrival[start] + window:
@@ -132,28 +161,7 @@ def _sweep_outward(state: Any, end: int, window: float, omega: float, tolerance:
             if b[end] != 0.0:
                 b[end] *= np.exp(p[end])
             end += 1
-        converged = end
-        for i in range(start, end):
-            stop = scaled[i]
-            while stop < indptr[i + 1] and indices[stop] < end:
-                data[stop] *= np.exp(p[i] - p[indices[stop]])
-                stop += 1
-            scaled[i] = stop
-            residual = b[i]
-            # With unsigned indices numba does not test whether they count from the end: half of the time.
-            for k in range(np.uintp(indptr[i]), np.uintp(stop)):
-                residual -= data[k] * w[np.uintp(indices[k])]
-            change = inverse_diagonal[i] * residual
-            after = w[i] + omega * change
-            if converged == end:  # only the first row that has not converged matters
-                terms = 0.0
-                for k in range(np.uintp(indptr[i]), np.uintp(stop)):
-                    term = data[k] * w[np.uintp(indices[k])]
-                    terms += abs(term.real) + abs(term.imag)
-                size = abs(after.real) + abs(after.imag) + SMALL * terms * inverse_diagonal[i]
-                if not abs(change.real) + abs(change.imag) <= tolerance * size:
-                    converged = i
-            w[i] = after
+        converged = sweep(state, start, end, omega, tolerance)
         sweeps += 1
         if sweeps > MAX_SWEEPS:
             return False

@@ -37,6 +37,7 @@ ELSEWHERE = {
         "make": "takes a minute; test_examples runs it",
         "make MESH=../../data/genus2.off": "takes as long",
     },
+    "examples/reference/distributed.md": {"make test-mpi": "installs PETSc and MPI"},
     "examples/golden/README.md": {"make": "is run by test_golden", "make renew": "is run by test_golden"},
 }
 

@@ -1,0 +1,5 @@
+"""Distances on meshes beyond the memory of one machine: MPI ranks that each hold a part of the mesh, and PETSc."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -1,0 +1,11 @@
+from .heat_method import LocalResult as LocalResult
+from .heat_method import distributed_distance as distributed_distance
+from .heat_method import extreme_vertex as extreme_vertex
+from .local_mesh import LocalMesh as LocalMesh
+from .local_mesh import distribute as distribute
+from .pieces import WRITABLE as WRITABLE
+from .pieces import write_distributed as write_distributed
+from .ranks import Ranks as Ranks
+from .ranks import connect as connect
+from .slices import SlicedFile as SlicedFile
+from .slices import open_sliced as open_sliced

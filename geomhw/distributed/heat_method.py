@@ -1,0 +1,210 @@
+"""Geodesic distance by the heat method [GIH, algorithm 1] on a mesh that is distributed over MPI ranks."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import partial
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+
+from geomhw.arrays import Floats, Ints
+from geomhw.distributed.assembly import LocalOperators, assemble
+from geomhw.distributed.components import component_labels
+from geomhw.distributed.edge_paths import edge_path_distance
+from geomhw.distributed.heat_step import heat_step
+from geomhw.distributed.local_mesh import LocalMesh
+from geomhw.distributed.poisson import DirichletProblem, solve_laplace
+from geomhw.distributed.ranks import release_memory
+from geomhw.errors import ArgumentError
+from geomhw.geodesic.diffusion_time import TimeStep, given_time
+from geomhw.geodesic.heat_method import bounded
+from geomhw.geodesic.source_conditions import chord_to_points
+from geomhw.geodesic.unit_field import unit_field
+from geomhw.operators.divergence import divergence_of
+from geomhw.operators.laplacian import backward_euler
+from geomhw.solvers.log_scaled import LogValues
+from geomhw.stages import Stages
+
+
+@dataclass(frozen=True)
+class LocalResult:
+    """Arrays at the vertices of a rank, each (k,) or (k, 3), and a report, the same on all ranks."""
+
+    mesh: LocalMesh
+    fields: dict[str, Floats]
+    report: dict[str, Any] = field(default_factory=dict)
+
+
+def distributed_distance(
+    mesh: LocalMesh, sources: Ints, time: str | float = "auto", bound: bool = True, stages: Stages | None = None
+) -> LocalResult:
+    """Return the distance from the nearest of some source vertices, at the vertices of each rank.
+
+    Parameters
+    ----------
+    mesh : the part of each rank.
+    sources : (s,) vertices as numbers of the file, the same on all ranks.
+    time : diffusion time t: ``h2``, ``sqrt-h``, a multiple such as ``0.5*h2``, or a number; ``auto`` is ``h2``.
+    bound : as in `HeatDistance`.
+    stages : measures the time of each stage.
+
+    Returns
+    -------
+    LocalResult with ``heat``, ``divergence`` and ``distance``, as `HeatDistance.from_sources` has them.
+
+    Raises
+    ------
+    ArgumentError
+        If a source is no vertex with faces, or for an unknown time.
+    MeshError
+        If a face has zero area.
+    ConvergenceError
+        If heat does not reach the far side, or the Poisson equation is not solved.
+    """
+    stage = stages or Stages()
+    with stage("assembly"):
+        operators = assemble(mesh)
+        h = operators.mean_edge_length
+        step = _time(time, h)
+        numbers = source_numbers(mesh, sources)
+        at = mesh.local(numbers)
+    release_memory()
+    with stage("paths along edges"):
+        paths = edge_path_distance(mesh, operators, at)
+    release_memory()
+    with stage("heat"):  # I. (M + tS) u = u0
+        assemble_heat = partial(backward_euler, operators.areas, operators.stiffness, step.t)
+        u0 = _source_heat(mesh, operators, assemble_heat, numbers)
+        S, on_surface = operators.stiffness, operators.areas > 0
+        del operators  # S is half of it
+        u, heat_report = heat_step(mesh, assemble_heat, u0, paths / np.sqrt(step.t), step.t / h**2)
+        del assemble_heat
+    release_memory()
+    with stage("directions and divergence"):  # II. X = -∇u/|∇u|
+        div = _divergence(mesh, u, at)
+    release_memory()
+    with stage("distance"):  # III. Sφ = -Div X
+        held = ~np.isfinite(paths)
+        held[at[at < mesh.n_own]] = True
+        problem = DirichletProblem(mesh, S, held)
+        del S
+        release_memory()
+        phi, poisson_report = problem.solve(-div)
+        phi[~np.isfinite(paths)] = np.inf
+        positions = mesh.ranks.sum(_positions(mesh, numbers))
+        phi, findings = bounded(
+            phi, paths, paths > 0, lambda low: chord_to_points(mesh.vertices[low], positions), bound
+        )
+    report = {
+        "sources": sources.tolist(),
+        **_extremes(mesh, phi),
+        "unreachable_vertices": int(mesh.ranks.sum(int((np.isinf(phi) & on_surface).sum()))),
+        "time": step.report(h),
+        "bounded": bound,
+        "mean_edge_length": h,
+        "heat": heat_report,
+        "poisson": poisson_report,
+        **_combined(mesh, findings),
+    }
+    return LocalResult(mesh, {"heat": u.plain, "divergence": div, "distance": phi}, report)
+
+
+def source_numbers(mesh: LocalMesh, sources: Ints) -> Ints:
+    """Return different source vertices, as numbers of the file, in the order of the curve.
+
+    Raises ArgumentError for one that does not exist, or belongs to no face.
+    """
+    n = mesh.n_vertices
+    for outside in sources[(sources < 0) | (sources >= n)][:1]:
+        raise ArgumentError(f"source {outside} is not a vertex: the mesh has {n} (0 to {n - 1})")
+    numbers = mesh.find(np.unique(sources))
+    at = mesh.local(numbers)
+    own = at[at < mesh.n_own]
+    loose = np.setdiff1d(own, mesh.faces)
+    for bad in mesh.ranks.comm.allgather(mesh.part.in_file[loose].tolist()):
+        for vertex in bad[:1]:
+            raise ArgumentError(f"source {vertex} belongs to no face; choose a vertex on the surface")
+    return numbers
+
+
+def extreme_vertex(mesh: LocalMesh, axis: int, sign: int) -> int:
+    """Return the vertex of the file with faces and the largest (sign 1) or smallest (-1) coordinate; as on one mesh."""
+    height = np.full(mesh.n_own, -np.inf)
+    used = np.unique(mesh.faces[mesh.faces < mesh.n_own])
+    height[used] = sign * mesh.vertices[used, axis]
+    return _first_largest(mesh, height)[0]
+
+
+def _first_largest(mesh: LocalMesh, values: Floats) -> tuple[int, float]:
+    """The vertex of the file with the largest value, the lowest one on a tie, and the value."""
+    largest = mesh.ranks.max(float(values.max(initial=-np.inf)))
+    vertices = mesh.part.in_file[values == largest]
+    return int(mesh.ranks.min(int(vertices.min(initial=mesh.n_vertices)))), largest
+
+
+def _time(asked: str | float, h: float) -> TimeStep:
+    """The diffusion time; ``auto`` is h²."""
+    return TimeStep(h**2, "auto", "h²") if str(asked).strip() == "auto" else given_time(asked, h)
+
+
+def _positions(mesh: LocalMesh, numbers: Ints) -> Floats:
+    """Coordinates of vertices, (s, 3), zero for those of other ranks."""
+    positions = np.zeros((len(numbers), 3))
+    here = (numbers >= mesh.first) & (numbers < mesh.first + mesh.n_own)
+    positions[here] = mesh.vertices[numbers[here] - mesh.first]
+    return positions
+
+
+def _source_heat(
+    mesh: LocalMesh, operators: LocalOperators, assemble_heat: Callable[[], sp.csr_array], numbers: Ints
+) -> Floats:
+    """u0, (k,), integrated: 1 at a source alone on its component; otherwise all are equally warm, with mean 1."""
+    own = numbers[(numbers >= mesh.first) & (numbers < mesh.first + mesh.n_own)] - mesh.first
+    u0 = np.zeros(mesh.n_own)
+    u0[own] = 1.0
+    if len(numbers) == 1:
+        return u0
+    labels = component_labels(mesh, operators.edges)[own]
+    if len(np.unique(np.concatenate(mesh.ranks.comm.allgather(labels)))) == len(numbers):
+        return u0
+    # u = 1 at the sources, and (M + tS) u = 0 elsewhere
+    A = assemble_heat()
+    u = solve_laplace(mesh, A, np.zeros(mesh.n_own), (u0 > 0) | (operators.areas == 0), u0)[0]
+    shares = (A @ mesh.with_ghosts(u))[own]
+    u0[own] = shares * (len(numbers) / mesh.ranks.sum(float(shares.sum())))
+    return u0
+
+
+def _divergence(mesh: LocalMesh, heat: LogValues, sources: Ints) -> Floats:
+    """Div X, (k,), integrated."""
+    log, sign = mesh.with_ghosts(heat.log), mesh.with_ghosts(heat.sign)
+    is_source = np.zeros(len(mesh.vertices), dtype=bool)
+    is_source[sources] = True
+    div = np.zeros(mesh.n_own)
+    for used, block in mesh.blocks():
+        X = unit_field(block, LogValues(log[used], sign[used]), np.flatnonzero(is_source[used]))[1]
+        here = used < mesh.n_own
+        div[used[here]] += divergence_of(block, X)[here]
+    return div
+
+
+def _extremes(mesh: LocalMesh, distance: Floats) -> dict[str, Any]:
+    """The farthest vertex, and the mean distance."""
+    finite = np.isfinite(distance)
+    vertex, largest = _first_largest(mesh, np.where(finite, distance, -np.inf))
+    total, count = mesh.ranks.sum(np.array([distance[finite].sum(), finite.sum()]))
+    return {"farthest": {"vertex": vertex, "distance": largest}, "mean_distance": float(total / count)}
+
+
+def _combined(mesh: LocalMesh, findings: dict[str, Any]) -> dict[str, Any]:
+    """What was clamped on all ranks."""
+    combined: dict[str, Any] = {}
+    for part in mesh.ranks.comm.allgather(findings):
+        for name, values in part.items():
+            whole = combined.setdefault(name, {**values, "vertices": 0})
+            whole["vertices"] += values["vertices"]
+            for key, choose in (("most", max), ("lowest", min)):
+                if key in values:
+                    whole[key] = choose(whole[key], values[key])
+    return combined

@@ -1,0 +1,12 @@
+"""Tests that ``make test-mpi`` runs, and no other run of the suite: they need petsc4py, mpi4py and mpirun."""
+
+from pathlib import Path
+
+import pytest
+
+
+def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
+    """Collect this folder only where the command line names it."""
+    here = Path(__file__).parent
+    named = any((config.invocation_params.dir / argument).is_relative_to(here) for argument in config.args)
+    return None if named else True

@@ -1,0 +1,144 @@
+"""``mpirun -n K geomhw geodesic MESH --engine petsc``: files, report, options, and ranks that fail."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import pyvista
+
+from geomhw.geodesic import HeatDistance
+from geomhw.io import read, write
+from geomhw.mesh.primitives import icosphere
+from geomhw.results import Result
+from support.ring_sphere import write_ring_sphere
+
+BALL = icosphere(4)
+ENVIRONMENT = os.environ | {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
+GEOMHW = [sys.executable, "-m", "geomhw_cli"]
+
+
+def command(ranks: int, *arguments: str) -> list[str]:
+    start = ["mpirun", "--oversubscribe", "--quiet", "-n", str(ranks)] if ranks else []
+    return [*start, *GEOMHW, "geodesic", *arguments, "--engine", "petsc"]
+
+
+def over_ranks(ranks: int, folder: Path, *arguments: str) -> "subprocess.CompletedProcess[str]":
+    return subprocess.run(
+        command(ranks, *arguments), cwd=folder, env=ENVIRONMENT, capture_output=True, text=True, timeout=300
+    )
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    write(Result(BALL), tmp_path / "ball.ply")
+    return tmp_path
+
+
+@pytest.fixture(scope="module")
+def distance() -> np.ndarray:
+    return np.asarray(HeatDistance(BALL, "h2", solver="direct").from_vertices([7])["distance"])
+
+
+def opened(path: Path) -> Any:
+    """Return what VTK reads from an index of pieces, as ParaView does."""
+    from vtkmodules.vtkIOXML import vtkXMLPPolyDataReader, vtkXMLPUnstructuredGridReader
+
+    reader = vtkXMLPUnstructuredGridReader() if path.suffix == ".pvtu" else vtkXMLPPolyDataReader()
+    reader.SetFileName(str(path))
+    reader.Update()
+    return reader.GetOutput()
+
+
+def sentences(text: str) -> list[str]:
+    return [line for line in text.splitlines() if line.startswith("Error: ")]
+
+
+@pytest.mark.parametrize("ranks", [0, 1, 3])
+def test_files(ranks: int, folder: Path, distance: np.ndarray) -> None:
+    """Pieces that VTK opens, and files in the order of the input, with equal distances; also without mpirun."""
+    outputs = ["a.pvtu", "a.pvtp", "a.vtu", "a.vtp", "a.npy"]
+    options = [word for name in outputs for word in ("-o", name)]
+    answer = over_ranks(ranks, folder, "ball.ply", "--source", "7", *options, "--json")
+    assert answer.returncode == 0, answer.stderr
+    report = json.loads(answer.stdout)
+    assert report["engine"]["ranks"] == max(ranks, 1)
+    assert sum(report["engine"]["vertices"]) == BALL.n_vertices
+    assert report["engine"]["bytes_per_vertex"] > 0
+    assert report["farthest"]["distance"] == pytest.approx(distance.max(), rel=1e-8)
+    assert set(report["files"]) == {path.name for path in folder.iterdir()} - {"ball.ply"}
+    for name in outputs[:2]:
+        whole = pyvista.wrap(opened(folder / name))
+        assert whole.n_cells == BALL.n_faces
+        assert np.allclose(whole["distance"], distance[whole["vertex"]], rtol=0, atol=1e-8)
+        assert np.array_equal(whole.points, BALL.vertices[whole["vertex"]])
+        corners = whole["vertex"][whole.cells_dict[5] if name == "a.pvtu" else whole.regular_faces]
+        assert {tuple(sorted(face)) for face in corners.tolist()} == {tuple(sorted(f)) for f in BALL.faces.tolist()}
+    for name in outputs[2:4]:
+        found = read(folder / name)
+        assert np.array_equal(found.mesh.faces, BALL.faces)
+        assert np.array_equal(found.mesh.vertices, BALL.vertices)
+        assert np.allclose(found["distance"], distance, rtol=0, atol=1e-8)
+        assert pyvista.read(folder / name).n_cells == BALL.n_faces
+    assert np.allclose(np.load(folder / "a.npy"), distance, rtol=0, atol=1e-8)
+
+
+def test_default_source_and_file(folder: Path) -> None:
+    """By default the source is the vertex of largest y, and the file a .pvtu."""
+    answer = over_ranks(2, folder, "ball.ply", "--json")
+    expected = HeatDistance(BALL, "h2").from_vertices([int(BALL.vertices[:, 1].argmax())])
+    report = json.loads(answer.stdout)
+    assert report["sources"] == [int(BALL.vertices[:, 1].argmax())]
+    assert report["mean_distance"] == pytest.approx(expected.report["mean_distance"], rel=1e-8)
+    assert (folder / "ball.geodesic.pvtu").exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words", "code"),
+    [
+        (["ball.ply", "--robust"], ["--robust", "--engine petsc"], 2),
+        (["ball.ply", "--png", "a.png"], ["--png", "--engine petsc"], 2),
+        (["ball.ply", "--source", "face:3"], ["vertices"], 2),
+        (["ball.ply", "--source", "99999"], ["99999"], 2),
+        (["ball.ply", "--time", "-1"], ["time"], 2),
+        (["ball.ply", "-o", "a.obj"], [".obj", ".pvtu"], 2),
+        (["ball.ply", "-o", "none/a.pvtu"], ["none"], 1),
+        (["ball.obj"], [".obj", "PLY"], 1),
+        (["text.ply"], ["text", "PLY"], 1),
+        (["-"], ["standard input"], 2),
+    ],
+)
+def test_refused(arguments: list[str], words: list[str], code: int, folder: Path) -> None:
+    """What the engine does not have or cannot read is refused in one sentence, by one rank, and no file is left."""
+    write(Result(BALL), folder / "ball.vtk")
+    (folder / "ball.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    (folder / "text.ply").write_text("ply\nformat ascii 1.0\nelement vertex 0\nproperty float x\nend_header\n")
+    before = {path.name for path in folder.iterdir()}
+    answer = over_ranks(2, folder, *arguments)
+    (sentence,) = sentences(answer.stderr)
+    assert all(word in sentence for word in words), sentence
+    assert answer.returncode == code
+    assert answer.stdout == ""
+    assert {path.name for path in folder.iterdir()} == before
+
+
+def test_killed_rank(tmp_path: Path) -> None:
+    """When a rank is killed, mpirun ends the others with its exit code, and no file is left."""
+    write_ring_sphere(tmp_path / "big.ply", 300)
+    run = subprocess.Popen(
+        command(2, "big.ply", "-o", "a.pvtu"), cwd=tmp_path, env=ENVIRONMENT, stderr=subprocess.DEVNULL
+    )
+    children = Path(f"/proc/{run.pid}/task/{run.pid}/children")
+    end = time.monotonic() + 60
+    while not (ranks := children.read_text().split()) and time.monotonic() < end:
+        time.sleep(0.1)
+    time.sleep(3)
+    os.kill(int(ranks[-1]), signal.SIGKILL)
+    assert run.wait(60) == 128 + signal.SIGKILL
+    assert [path.name for path in tmp_path.iterdir()] == ["big.ply"]
