@@ -76,7 +76,7 @@ TEXTS = {
     ("batch", "--out"): [],
     ("batch", "--shard"): [],
     ("batch", "--scheduler"): [],
-    ("geodesic", "--shard"): ["#/2", "1/#"],
+    **{(command, "--shard"): ["#/2", "1/#"] for command in ("geodesic", "info", "path", "trace")},
     ("geodesic", "--scheduler"): [],
     ("compare", "--ignore"): [],
     ("view", "--array"): [],
