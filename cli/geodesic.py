@@ -1,34 +1,28 @@
 """``geomhw geodesic``: geodesic distance by the heat method, or exact."""
 
-from functools import partial
 from math import inf
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
-from geomhw.background import submit
 from geomhw.options import HEAT_METHOD, Boundary, DistanceMethodName, EngineName, GeodesicPanel, TableStatistic
-from geomhw.wording import counted
 from geomhw_cli import options
-from geomhw_cli.options import INPUT, Choice, Choices, OptionGroup, choice, command, flag, is_given, option
+from geomhw_cli.options import INPUT, Choice, Choices, OptionGroup, choice, command, flag, option
 from geomhw_cli.output_options import VECTOR_FILES
-from geomhw_cli.runtime.accuracy import accuracy_lines
 from geomhw_cli.runtime.dask_cluster import SCHEDULER
 from geomhw_cli.runtime.distance_batch import compute_distances
-from geomhw_cli.runtime.job import Job, robust_line, time_line
+from geomhw_cli.runtime.distance_runs import exact_distances, heat_distances
+from geomhw_cli.runtime.job import Job
 from geomhw_cli.runtime.pictures import KINDS
 from geomhw_cli.specs.distance_methods import DistanceMethod
 from geomhw_cli.specs.files import Spec
 from geomhw_cli.specs.label_tables import LabelTable
-from geomhw_cli.specs.masks import MaskSpec, MeshPart
+from geomhw_cli.specs.masks import MaskSpec
 from geomhw_cli.specs.numbers import LARGEST, SMALLEST, Number
 from geomhw_cli.specs.queries import DistanceQueries
 from geomhw_cli.specs.shards import WHOLE, ShardPart, shard_option
-from geomhw_cli.specs.sources import MAX_IN_LINE, MAX_REPORTED, SourceSpecs, shortened, source_line
-
-if TYPE_CHECKING:
-    from geomhw.results import Result
+from geomhw_cli.specs.sources import SourceSpecs
 
 
 @command(
@@ -247,103 +241,6 @@ def geodesic(
         return
     job = Job.plan("geodesic", mesh_path, **files, **report)
     if chosen.name == "exact":
-        _exact(job, mask, sources, to, chosen.settings["limit"], beyond, panels)
+        exact_distances(job, mask, sources, to, chosen.settings["limit"], beyond, panels)
     else:
-        _heat(job, mask, sources, chosen, beyond, panels)
-
-
-def _exact(
-    job: Job,
-    mask: MaskSpec | None,
-    sources: SourceSpecs,
-    to: SourceSpecs,
-    limit: float,
-    beyond: float,
-    panels: tuple[str, ...],
-) -> None:
-    """Compute, write and report exact distances."""
-    if is_given("panels") and set(panels) != {"distance"}:
-        raise click.UsageError("--method exact draws --panel distance only.")
-    from geomhw.geodesic.exact import ExactDistance
-
-    mesh = job.read()
-    part, targets = MeshPart.of(mesh, mask), to.vertices(mesh) if to.specs else []
-    points = part.sources(sources, job.remarks)
-    with job.stage("connectivity"):
-        solver = ExactDistance(part.mesh)
-    with job.stage("compute"):
-        result = part.expand(solver.from_sources(points, limit, targets))
-    _write(job, result, beyond, ("distance",))
-    answers = result.report
-    lines = [source_line(answers["sources"])]
-    if farthest := answers["farthest"]:
-        lines.append(f"farthest: vertex {farthest['vertex']} at {farthest['distance']:.10g}")
-    if len(targets):
-        reached = [(v, float(result["distance"][v])) for v in targets[:MAX_REPORTED]]
-        answers = {**answers, "targets": [{"vertex": v, "distance": d if d < inf else None} for v, d in reached]}
-        lines += [f"target: vertex {v} at {d:.10g}" for v, d in reached[:MAX_IN_LINE]]
-    if limit < inf:
-        answers = {**answers, "limit": limit}
-    if beyond_limit := answers.get("vertices_beyond"):
-        lines.append(f"beyond: {beyond_limit} vertices, whose distance is {beyond:g}")
-    lines += _unreachable(answers, beyond)
-    job.finish(mesh, shortened(answers), lines)
-
-
-def _heat(
-    job: Job,
-    mask: MaskSpec | None,
-    sources: SourceSpecs,
-    method: DistanceMethod,
-    beyond: float,
-    panels: tuple[str, ...],
-) -> None:
-    """Compute, write and report distances by the heat method."""
-    from geomhw.geodesic.heat_method import HeatDistance
-
-    mesh = job.read()
-    part = MeshPart.of(mesh, mask)
-    with job.stage("compute"):
-        solver, points = HeatDistance(part.mesh, **method.settings), part.sources(sources, job.remarks)
-        result = part.expand(solver.from_sources(points))
-    answers = result.report
-    errors = None
-    if not (job.quiet or answers["refined"]):  # only for the report, and compiled loops take half a second to load
-        from geomhw.geodesic.accuracy import distance_errors
-
-        errors = submit(partial(distance_errors, part.mesh, points, result["distance"]))
-    _write(job, result, beyond, panels)
-    answers = {**answers, "accuracy": {"exact": answers["refined"], **(errors.result() if errors else {})}}
-    farthest = answers["farthest"]
-    lines = [
-        source_line(answers["sources"]),
-        time_line(answers["time"]),
-        f"farthest: vertex {farthest['vertex']} at {farthest['distance']:.10g}",
-    ]
-    if "robust" in answers:
-        lines.append(robust_line(answers["robust"]))
-    lines += accuracy_lines(answers) + _unreachable(answers, beyond)
-    job.finish(mesh, shortened(answers) | {"profile": {"seconds": solver.stages.seconds}}, lines)
-
-
-def _write(job: Job, result: "Result", beyond: float, panels: tuple[str, ...]) -> None:
-    """Write a result, with a value in place of infinite distances, and draw it as it is."""
-    from dataclasses import replace
-
-    from geomhw.render.pictures import geodesic_picture
-    from geomhw.results import Field
-
-    written = result
-    if beyond != inf:
-        distance = result["distance"].copy()
-        distance[distance == inf] = beyond
-        fields = [Field("distance", "vertex", distance) if f.name == "distance" else f for f in result.fields]
-        written = replace(result, fields=fields)
-    job.write(written, lambda _written, look: geodesic_picture(result, look, panels=panels))
-
-
-def _unreachable(answers: dict[str, Any], beyond: float) -> list[str]:
-    """The warning of vertices that no path reaches."""
-    unreached = answers.get("unreachable_vertices", 0)
-    where = f"{counted(unreached, 'vertex', 'vertices')} on components without a source"
-    return [f"warning: {where}: distance {beyond:g}"] if unreached else []
+        heat_distances(job, mask, sources, chosen, beyond, panels)
