@@ -271,7 +271,7 @@ def _finish(
 def _accuracy(solver: "HeatDistance", resolved: ResolvedQueries, refined: bool) -> dict[str, Any]:
     """The errors of the distances from the first sources that lie on the surface."""
     from geomhw.geodesic.accuracy import distance_errors
-    from geomhw.mesh.surface_points import vertex_points
+    from geomhw.mesh.named_points import vertex_points
 
     if refined:
         return {"exact": True}

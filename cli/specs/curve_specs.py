@@ -107,7 +107,7 @@ def _from_file(mesh: "TriangleMesh", path: Path, remarks: list[str], none: "Ints
 
     from geomhw.curves.traced import trace_points, trace_polylines
     from geomhw.io import read_polylines
-    from geomhw.mesh.surface_points import face_points
+    from geomhw.mesh.named_points import face_points
 
     cloud = read_polylines(path)
     assert cloud.lines is not None

@@ -41,7 +41,7 @@ def _from_columns(path: Path, mesh: "TriangleMesh", columns: Mapping[str, Any]) 
     import numpy as np
 
     from geomhw.mesh import nearest_points
-    from geomhw.mesh.surface_points import face_points
+    from geomhw.mesh.named_points import face_points
 
     if not (set(_WEIGHTS) <= set(columns) or set(_PLACE) <= set(columns)) or not len(next(iter(columns.values()))):
         raise FormatError(f"{path} has no points: it needs the columns {', '.join(_WEIGHTS)}, or {', '.join(_PLACE)}")

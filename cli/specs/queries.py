@@ -130,7 +130,7 @@ class ResolvedQueries:
         """
         import numpy as np
 
-        from geomhw.mesh.surface_points import vertex_points
+        from geomhw.mesh.named_points import vertex_points
 
         if self.sets is not None:
             rows = rows_of(self.sets[first:last], self.targets and self.targets[first:last])

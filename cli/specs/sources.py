@@ -53,7 +53,7 @@ class Spec:
 
     def resolve(self, mesh: "TriangleMesh") -> "SurfacePoints":
         """Find the points on a mesh. Raises FieldError if there are none."""
-        from geomhw.mesh import nearest_point, surface_points
+        from geomhw.mesh import named_points, nearest_point
 
         if region := self.parts.get("region"):
             return _region(mesh, region, str(self.parts["value"]))
@@ -62,17 +62,17 @@ class Spec:
         )
         try:
             if first is not None:
-                points = surface_points.vertex_range(mesh, int(first), int(self.parts.get("last") or first))
-                return surface_points.region_points(mesh, points.vertices) if self.filled else points
+                points = named_points.vertex_range(mesh, int(first), int(self.parts.get("last") or first))
+                return named_points.region_points(mesh, points.vertices) if self.filled else points
             if face is not None:
-                return surface_points.face_point(mesh, int(face), triple(weights) if weights else None)
+                return named_points.face_point(mesh, int(face), triple(weights) if weights else None)
             if near is not None:
                 return nearest_point(mesh, triple(near))
             if axis is not None:
                 sign = 1 if self.parts["end"] == "max" else -1
-                vertex = surface_points.extreme_vertex(mesh, "xyz".index(axis), sign)
-                return surface_points.vertex_points(mesh, [vertex])
-            return surface_points.boundary_points(mesh)
+                vertex = named_points.extreme_vertex(mesh, "xyz".index(axis), sign)
+                return named_points.vertex_points(mesh, [vertex])
+            return named_points.boundary_points(mesh)
         except FieldError as error:
             if self.origin:
                 raise FieldError(f"{self.origin}{error}") from None
@@ -110,7 +110,8 @@ class SourceSpecs:
         remarks: takes a line for each ``near:`` and curve, with the distance from the surface. curves: whether curves
         are allowed, whose segments are sources, too.
         """
-        from geomhw.mesh.surface_points import concatenate, default_source, vertex_points
+        from geomhw.mesh.named_points import default_source, vertex_points
+        from geomhw.mesh.surface_points import concatenate
 
         if not self.specs:
             return vertex_points(mesh, [default_source(mesh)])
@@ -241,7 +242,7 @@ def _region(mesh: "TriangleMesh", field: str, value: str) -> "SurfacePoints":
     import numpy as np
 
     from geomhw.io import read_field
-    from geomhw.mesh.surface_points import region_points
+    from geomhw.mesh.named_points import region_points
 
     array = read_field(field, mesh)
     inside = np.asarray(array.values) == float(value)

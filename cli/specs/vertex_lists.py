@@ -30,7 +30,7 @@ class VertexList:
 
     def resolve(self, mesh: "TriangleMesh") -> "SurfacePoints":
         """Find the points on a mesh. Raises FieldError for the first that does not exist."""
-        from geomhw.mesh.surface_points import region_points, vertex_points
+        from geomhw.mesh.named_points import region_points, vertex_points
 
         def error_of_first(count: int) -> FieldError | None:
             try:

@@ -6,7 +6,7 @@ from math import dist
 import numpy as np
 
 from geomhw.arrays import Floats
-from geomhw.mesh.surface_points import SNAP
+from geomhw.mesh.named_points import SNAP
 from geomhw.mesh.topology import counting_order
 from geomhw.mesh.triangle_mesh import TriangleMesh
 

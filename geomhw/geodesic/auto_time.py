@@ -16,8 +16,8 @@ from geomhw.geodesic.heat_step import HeatStep
 from geomhw.geodesic.poisson import DistancePoisson
 from geomhw.geodesic.source_conditions import known_distances
 from geomhw.geodesic.unit_field import unit_field
+from geomhw.mesh.named_points import vertex_points
 from geomhw.mesh.polyhedral import PolyhedralSurface
-from geomhw.mesh.surface_points import vertex_points
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.operators.divergence import divergence_of
 

@@ -17,7 +17,8 @@ from geomhw.geodesic.front import ROOM, Extent, Front, empty_front, reached, sta
 from geomhw.geodesic.unfolded_faces import Surface, surface_of, triangle
 from geomhw.geodesic.window_propagation import propagate, start_from_edges
 from geomhw.mesh.inserted_curves import insert_sources
-from geomhw.mesh.surface_points import SurfacePoints, vertex_points
+from geomhw.mesh.named_points import vertex_points
+from geomhw.mesh.surface_points import SurfacePoints
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.results import Field, Result
 

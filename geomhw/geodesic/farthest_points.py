@@ -11,7 +11,8 @@ from geomhw.arrays import Floats, Ints
 from geomhw.errors import ArgumentError
 from geomhw.geodesic.exact import ExactDistance
 from geomhw.geodesic.growing_sources import GrowingSources
-from geomhw.mesh.surface_points import SurfacePoints, default_source, vertex_points
+from geomhw.mesh.named_points import default_source, vertex_points
+from geomhw.mesh.surface_points import SurfacePoints
 from geomhw.mesh.triangle_mesh import TriangleMesh
 
 #: Distances that agree up to this share are equal.

@@ -22,8 +22,9 @@ from geomhw.geodesic.poisson import DistancePoisson
 from geomhw.geodesic.source_conditions import chord_to_nearest, known_distances, source_heat
 from geomhw.geodesic.unit_field import unit_field
 from geomhw.intrinsic.robust import RobustTriangulation
+from geomhw.mesh.named_points import vertex_points
 from geomhw.mesh.orientation import without_duplicate_faces
-from geomhw.mesh.surface_points import SurfacePoints, vertex_points
+from geomhw.mesh.surface_points import SurfacePoints
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.operators.divergence import divergence_of
 from geomhw.options import Boundary, SolverName

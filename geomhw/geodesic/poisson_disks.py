@@ -13,7 +13,8 @@ from geomhw.geodesic.exact import ExactDistance
 from geomhw.geodesic.farthest_points import Samples, all_vertices
 from geomhw.geodesic.growing_sources import GrowingSources
 from geomhw.mesh.inserted_points import insert_points
-from geomhw.mesh.surface_points import SurfacePoints, concatenate, vertex_points
+from geomhw.mesh.named_points import vertex_points
+from geomhw.mesh.surface_points import SurfacePoints, concatenate
 from geomhw.mesh.triangle_mesh import TriangleMesh
 
 #: Candidates a round, as a multiple of the number of disks that cover the free area, and rounds.

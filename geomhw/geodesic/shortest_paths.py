@@ -17,7 +17,8 @@ from geomhw.geodesic.strips import Strip, straightened
 from geomhw.geodesic.surface_path import SurfacePath, joined, on_original, path_in_strip
 from geomhw.geodesic.unfolded_faces import Surface
 from geomhw.mesh.inserted_points import InsertedPoints, insert_points
-from geomhw.mesh.surface_points import SurfacePoints, concatenate, face_points, vertex_points
+from geomhw.mesh.named_points import face_points, vertex_points
+from geomhw.mesh.surface_points import SurfacePoints, concatenate
 from geomhw.mesh.topology import vertex_components
 from geomhw.mesh.triangle_mesh import TriangleMesh
 

@@ -9,7 +9,8 @@ import numpy as np
 from geomhw.arrays import Floats, Ints
 from geomhw.geodesic.strips import Crossings, Strip
 from geomhw.mesh.inserted_points import InsertedPoints
-from geomhw.mesh.surface_points import SurfacePoints, face_point
+from geomhw.mesh.named_points import face_point
+from geomhw.mesh.surface_points import SurfacePoints
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.results import Cloud, Field
 

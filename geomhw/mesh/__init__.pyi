@@ -13,6 +13,21 @@ from .inserted_curves import InsertedCurves as InsertedCurves
 from .inserted_curves import insert_curves as insert_curves
 from .inserted_points import InsertedPoints as InsertedPoints
 from .inserted_points import insert_points as insert_points
+from .named_points import (
+    boundary_points as boundary_points,
+)
+from .named_points import (
+    face_point as face_point,
+)
+from .named_points import (
+    region_points as region_points,
+)
+from .named_points import (
+    vertex_points as vertex_points,
+)
+from .named_points import (
+    vertex_range as vertex_range,
+)
 from .nearest import nearest_point as nearest_point
 from .nearest import nearest_points as nearest_points
 from .orientation import (
@@ -49,21 +64,6 @@ from .surface_points import (
     SurfacePoints as SurfacePoints,
 )
 from .surface_points import (
-    boundary_points as boundary_points,
-)
-from .surface_points import (
     concatenate as concatenate,
-)
-from .surface_points import (
-    face_point as face_point,
-)
-from .surface_points import (
-    region_points as region_points,
-)
-from .surface_points import (
-    vertex_points as vertex_points,
-)
-from .surface_points import (
-    vertex_range as vertex_range,
 )
 from .triangle_mesh import TriangleMesh as TriangleMesh

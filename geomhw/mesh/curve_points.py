@@ -4,7 +4,8 @@ import numpy as np
 
 from geomhw.arrays import Floats, Ints
 from geomhw.errors import ArgumentError
-from geomhw.mesh.surface_points import SurfacePoints, vertex_points
+from geomhw.mesh.named_points import vertex_points
+from geomhw.mesh.surface_points import SurfacePoints
 from geomhw.mesh.triangle_mesh import TriangleMesh
 
 

@@ -8,7 +8,8 @@ import numpy as np
 from geomhw.arrays import Floats, Ints
 from geomhw.errors import FieldError
 from geomhw.mesh.inserted_points import ON_EDGE, Division, InsertedPoints, Weights
-from geomhw.mesh.surface_points import SurfacePoints, vertex_points
+from geomhw.mesh.named_points import vertex_points
+from geomhw.mesh.surface_points import SurfacePoints
 from geomhw.mesh.triangle_mesh import TriangleMesh
 
 #: Sine of an angle, in barycentric coordinates, up to which a vertex of a part lies on a segment.

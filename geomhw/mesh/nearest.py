@@ -5,7 +5,8 @@ from numpy.typing import ArrayLike
 
 from geomhw.arrays import Floats
 from geomhw.errors import ArgumentError
-from geomhw.mesh.surface_points import SurfacePoints, face_points
+from geomhw.mesh.named_points import face_points
+from geomhw.mesh.surface_points import SurfacePoints
 from geomhw.mesh.triangle_mesh import TriangleMesh
 
 #: Distance, in diagonals of the bounding box, from which no point of the surface is the nearest up to rounding.

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from geomhw.arrays import Floats, Ints
 from geomhw.errors import ArgumentError, FieldError
 from geomhw.geodesic.exact import ExactDistance
-from geomhw.mesh.surface_points import region_points
+from geomhw.mesh.named_points import region_points
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.options import OverlapName
 

@@ -9,7 +9,8 @@ from geomhw.geodesic.exact import ExactDistance
 from geomhw.geodesic.start_directions import start_directions
 from geomhw.geodesic.vertex_fans import VertexFan, vertex_fan
 from geomhw.mesh.inserted_points import insert_points
-from geomhw.mesh.surface_points import SurfacePoints, vertex_points
+from geomhw.mesh.named_points import vertex_points
+from geomhw.mesh.surface_points import SurfacePoints
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.results import Field, Result
 

@@ -9,7 +9,8 @@ from geomhw.geodesic.straightest import StraightestGeodesics
 from geomhw.geodesic.vertex_fans import vertex_fan
 from geomhw.geodesic.voronoi import voronoi_cells
 from geomhw.mesh.inserted_points import insert_points
-from geomhw.mesh.surface_points import SurfacePoints, concatenate, vertex_points
+from geomhw.mesh.named_points import vertex_points
+from geomhw.mesh.surface_points import SurfacePoints, concatenate
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.transport.log_map import LogarithmicMap
 from geomhw.transport.surface_means import original_point

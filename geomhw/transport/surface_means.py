@@ -15,7 +15,8 @@ from geomhw.errors import ArgumentError, FieldError
 from geomhw.geodesic.exact import ExactDistance
 from geomhw.geodesic.straightest import StraightestGeodesics
 from geomhw.mesh.inserted_points import InsertedPoints, insert_points
-from geomhw.mesh.surface_points import SurfacePoints, concatenate, face_point, vertex_points
+from geomhw.mesh.named_points import face_point, vertex_points
+from geomhw.mesh.surface_points import SurfacePoints, concatenate
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.transport.log_map import LogarithmicMap
 

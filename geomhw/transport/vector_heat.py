@@ -17,7 +17,8 @@ from geomhw.geodesic.auto_time import time_step
 from geomhw.geodesic.diffusion_time import TimeStep
 from geomhw.geodesic.heat_step import HeatStep
 from geomhw.intrinsic.robust import RobustTriangulation
-from geomhw.mesh.surface_points import SurfacePoints, vertex_points
+from geomhw.mesh.named_points import vertex_points
+from geomhw.mesh.surface_points import SurfacePoints
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.operators.laplacian import backward_euler
 from geomhw.operators.parallel_transport import to_complex

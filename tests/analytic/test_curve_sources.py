@@ -19,7 +19,8 @@ from geomhw.mesh import (
     icosphere,
     vertex_points,
 )
-from geomhw.mesh.surface_points import concatenate, region_points
+from geomhw.mesh.named_points import region_points
+from geomhw.mesh.surface_points import concatenate
 from geomhw.transport import VectorHeat
 from support.meshes import split_diagonals
 

@@ -18,8 +18,8 @@ from geomhw.directions import (
 )
 from geomhw.errors import ConvergenceError
 from geomhw.mesh.implicit_surfaces import genus_two
+from geomhw.mesh.named_points import vertex_points
 from geomhw.mesh.primitives import cylinder_band, grid, icosphere, torus
-from geomhw.mesh.surface_points import vertex_points
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.results import Result
 from geomhw.spectral import smallest_eigenpairs

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from geomhw.geodesic.exact import ExactDistance
+from geomhw.mesh.named_points import face_point
 from geomhw.mesh.primitives import grid
-from geomhw.mesh.surface_points import face_point
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from support.exact import cylinder
 from support.hostile import hostile

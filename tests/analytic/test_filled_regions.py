@@ -8,8 +8,9 @@ from analytic.test_exact_distance import box
 
 from geomhw.geodesic.exact import ExactDistance
 from geomhw.geodesic.heat_method import HeatDistance
+from geomhw.mesh.named_points import region_points, vertex_points
 from geomhw.mesh.primitives import cylinder_band, grid, icosphere
-from geomhw.mesh.surface_points import concatenate, region_points, vertex_points
+from geomhw.mesh.surface_points import concatenate
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from support.hostile import flipped, renumbered
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from geomhw.geodesic.heat_method import HeatDistance, heat_distance
+from geomhw.mesh.named_points import default_source
 from geomhw.mesh.primitives import grid, icosphere, strip
-from geomhw.mesh.surface_points import default_source
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from support.exact import great_circle
 from support.meshes import book, sheared, split_diagonals

@@ -6,7 +6,8 @@ import pytest
 from geomhw.errors import ArgumentError
 from geomhw.geodesic import ExactDistance, ShortestPaths, StraightestGeodesics
 from geomhw.mesh import grid, icosphere
-from geomhw.mesh.surface_points import SurfacePoints, face_point, vertex_points
+from geomhw.mesh.named_points import face_point, vertex_points
+from geomhw.mesh.surface_points import SurfacePoints
 from geomhw.transport import LogarithmicMap
 from support.hostile import hostile
 from support.meshes import crumpled, split_diagonals, two_spheres

@@ -3,8 +3,8 @@
 import numpy as np
 
 from geomhw.geodesic.heat_method import HeatDistance
+from geomhw.mesh.named_points import vertex_points
 from geomhw.mesh.primitives import icosphere
-from geomhw.mesh.surface_points import vertex_points
 
 
 def test_symmetry_is_that_of_the_mesh() -> None:

@@ -6,8 +6,9 @@ import pytest
 from geomhw.errors import FieldError
 from geomhw.geodesic import ShortestPaths, StraightestGeodesics
 from geomhw.mesh import TriangleMesh, cylinder_band, grid, icosphere
+from geomhw.mesh.named_points import face_point, vertex_points
 from geomhw.mesh.nearest import nearest_point
-from geomhw.mesh.surface_points import concatenate, face_point, vertex_points
+from geomhw.mesh.surface_points import concatenate
 from support.hostile import hostile
 from support.meshes import flat_torus, zoo_mesh
 from support.rates import fitted_rate

@@ -9,9 +9,10 @@ from geomhw.arrays import Floats
 from geomhw.geodesic.heat_method import HeatDistance
 from geomhw.geodesic.source_conditions import known_distances
 from geomhw.mesh.closest_faces import closest_faces
+from geomhw.mesh.named_points import face_point, vertex_points
 from geomhw.mesh.nearest import nearest_point, nearest_points
 from geomhw.mesh.primitives import grid, icosphere, strip
-from geomhw.mesh.surface_points import SurfacePoints, concatenate, face_point, vertex_points
+from geomhw.mesh.surface_points import SurfacePoints, concatenate
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.transport.source_vectors import source_frames, unit_vectors
 from geomhw.transport.vector_heat import VectorHeat

@@ -18,7 +18,7 @@ from meshes import cortices, scans, spheres
 from pygeodesic.geodesic import PyGeodesicAlgorithmExact
 
 from geomhw.geodesic.exact import ExactDistance
-from geomhw.mesh.surface_points import region_points
+from geomhw.mesh.named_points import region_points
 from geomhw.mesh.triangle_mesh import TriangleMesh
 
 RUNS = 3

@@ -12,7 +12,7 @@ import potpourri3d as pp3d
 from meshes import scans, spheres
 
 from geomhw.geodesic.heat_method import HeatDistance, block_size
-from geomhw.mesh.surface_points import vertex_points
+from geomhw.mesh.named_points import vertex_points
 from geomhw.mesh.triangle_mesh import TriangleMesh
 
 TURNS = 5

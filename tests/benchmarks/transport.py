@@ -14,8 +14,8 @@ import potpourri3d as pp3d
 
 from geomhw.arrays import Complexes, Floats
 from geomhw.io import read_mesh
+from geomhw.mesh.named_points import default_source
 from geomhw.mesh.primitives import icosphere
-from geomhw.mesh.surface_points import default_source
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.mesh.vertex_angles import edge_directions
 from geomhw.operators.parallel_transport import to_complex

@@ -10,8 +10,8 @@ from geomhw.geodesic.exact import ExactDistance
 from geomhw.io import read
 from geomhw.io.artifacts.matrices import read_arrays
 from geomhw.io.artifacts.tables import read_csv
+from geomhw.mesh.named_points import face_point
 from geomhw.mesh.primitives import torus
-from geomhw.mesh.surface_points import face_point
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from support.meshes import ZOO, crumpled, two_spheres, zoo_mesh
 from support.messages import missing

@@ -13,8 +13,8 @@ import pytest
 
 from geomhw.geodesic.heat_method import BLOCK, HeatDistance
 from geomhw.io.artifacts.tables import read_csv
+from geomhw.mesh.named_points import face_point, vertex_points
 from geomhw.mesh.primitives import icosphere
-from geomhw.mesh.surface_points import face_point, vertex_points
 from support.matrix_runs import ALL, MESH, expected, interrupt, stopping
 from support.meshes import two_spheres
 from support.messages import missing

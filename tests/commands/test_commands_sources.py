@@ -9,8 +9,9 @@ import pytest
 from geomhw.flow.initial_fields import blob, bump
 from geomhw.geodesic.heat_method import HeatDistance
 from geomhw.io import read
+from geomhw.mesh.named_points import face_point, vertex_points
 from geomhw.mesh.primitives import grid, icosphere
-from geomhw.mesh.surface_points import concatenate, face_point, vertex_points
+from geomhw.mesh.surface_points import concatenate
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw_cli.specs.sources import SourceSpecs
 from support.messages import missing

@@ -12,8 +12,8 @@ import scipy.sparse as sp
 
 from geomhw import operators
 from geomhw.io import read
+from geomhw.mesh.named_points import default_source
 from geomhw.mesh.primitives import icosphere
-from geomhw.mesh.surface_points import default_source
 from geomhw.transport.vector_heat import VectorHeat, tangent_at
 from support.meshes import split_diagonals, zoo_mesh
 from support.program import files, run, save_off

@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from geomhw.mesh.named_points import boundary_points
 from geomhw.mesh.primitives import grid
-from geomhw.mesh.surface_points import boundary_points
 from support.exact import errors
 from support.rates import fitted_rate
 

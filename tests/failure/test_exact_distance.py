@@ -9,8 +9,8 @@ from geomhw.errors import FieldError, MeshError
 from geomhw.geodesic.exact import ExactDistance
 from geomhw.geodesic.front import Front
 from geomhw.geodesic.windows import LAST
+from geomhw.mesh.named_points import face_point, vertex_points
 from geomhw.mesh.primitives import grid
-from geomhw.mesh.surface_points import face_point, vertex_points
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from support.hostile import hostile
 

@@ -6,14 +6,9 @@ import numpy as np
 import pytest
 
 from geomhw.errors import FieldError
+from geomhw.mesh.named_points import boundary_points, face_point, vertex_range
 from geomhw.mesh.nearest import nearest_point
-from geomhw.mesh.surface_points import (
-    SurfacePoints,
-    boundary_points,
-    concatenate,
-    face_point,
-    vertex_range,
-)
+from geomhw.mesh.surface_points import SurfacePoints, concatenate
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.transport.vector_heat import VectorHeat
 from support.meshes import zoo_mesh

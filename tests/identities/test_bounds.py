@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from geomhw.geodesic import HeatDistance, edge_path_distance
-from geomhw.mesh.surface_points import vertex_points
+from geomhw.mesh.named_points import vertex_points
 from support.meshes import sheared, zoo_mesh
 
 

@@ -6,8 +6,9 @@ from scipy.spatial import Delaunay
 
 from geomhw.geodesic.edge_paths import edge_path_distance
 from geomhw.geodesic.exact import ExactDistance
+from geomhw.mesh.named_points import face_point, vertex_points
 from geomhw.mesh.primitives import grid, icosphere, moebius_band, torus
-from geomhw.mesh.surface_points import SurfacePoints, concatenate, face_point, vertex_points
+from geomhw.mesh.surface_points import SurfacePoints, concatenate
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from support.hostile import HOSTILE, hostile
 from support.meshes import ZOO, crumpled, zoo_mesh

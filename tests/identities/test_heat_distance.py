@@ -9,8 +9,8 @@ from geomhw.geodesic.auto_time import time_step
 from geomhw.geodesic.edge_paths import edge_path_distance
 from geomhw.geodesic.heat_method import HeatDistance, heat_distance
 from geomhw.geodesic.heat_step import HeatStep
+from geomhw.mesh.named_points import default_source
 from geomhw.mesh.primitives import icosphere, strip
-from geomhw.mesh.surface_points import default_source
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from support.meshes import grid_of, sheared, zoo_mesh
 from support.reference import needs_reference, reference

@@ -8,8 +8,9 @@ from geomhw.geodesic.edge_path_bound import EdgePathBound
 from geomhw.geodesic.edge_paths import edge_path_distance
 from geomhw.geodesic.heat_method import HeatDistance
 from geomhw.io import read_mesh
+from geomhw.mesh.named_points import face_point, vertex_points
 from geomhw.mesh.primitives import grid, icosphere, strip, torus
-from geomhw.mesh.surface_points import SurfacePoints, concatenate, face_point, vertex_points
+from geomhw.mesh.surface_points import SurfacePoints, concatenate
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from support.meshes import ZOO, sheared, split_diagonals, two_spheres, zoo_mesh
 from support.reference import needs_reference, reference

@@ -10,9 +10,9 @@ from geomhw.flow.helmholtz import HelmholtzDecomposition
 from geomhw.geodesic.heat_method import HeatDistance
 from geomhw.intrinsic.intrinsic_mesh import IntrinsicMesh, mollified
 from geomhw.mesh.curvature import angle_defects
+from geomhw.mesh.named_points import face_point
 from geomhw.mesh.orientation import orientation_cover, oriented, without_duplicate_faces
 from geomhw.mesh.primitives import moebius_band
-from geomhw.mesh.surface_points import face_point
 from geomhw.mesh.topology import pinched_vertices
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.operators.connection_laplacian import complex_connection_stiffness, connection_stiffness

@@ -11,7 +11,7 @@ from geomhw.flow.helmholtz import HelmholtzDecomposition
 from geomhw.flow.tangent_fields import energy
 from geomhw.io import read_mesh
 from geomhw.mesh.cut import cut_at_pinched_vertices
-from geomhw.mesh.surface_points import face_point
+from geomhw.mesh.named_points import face_point
 from geomhw.mesh.topology import pinched_vertices
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.options import Connection

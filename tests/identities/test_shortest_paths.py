@@ -7,7 +7,8 @@ import pytest
 
 from geomhw.geodesic import ExactDistance, ShortestPaths
 from geomhw.mesh import TriangleMesh, grid, icosphere
-from geomhw.mesh.surface_points import SurfacePoints, concatenate, face_point, region_points, vertex_points
+from geomhw.mesh.named_points import face_point, region_points, vertex_points
+from geomhw.mesh.surface_points import SurfacePoints, concatenate
 from support.hostile import hostile
 from support.meshes import book, crumpled, sheared, spiky, split_diagonals, zoo_mesh
 from support.paths import lies_in_faces, turns

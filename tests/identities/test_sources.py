@@ -6,15 +6,10 @@ import pytest
 from geomhw.geodesic.edge_paths import edge_path_distance
 from geomhw.geodesic.heat_method import HeatDistance
 from geomhw.geodesic.source_conditions import known_distances
+from geomhw.mesh.named_points import extreme_vertex, face_point, vertex_points
 from geomhw.mesh.nearest import nearest_point
 from geomhw.mesh.primitives import grid, icosphere
-from geomhw.mesh.surface_points import (
-    SurfacePoints,
-    concatenate,
-    extreme_vertex,
-    face_point,
-    vertex_points,
-)
+from geomhw.mesh.surface_points import SurfacePoints, concatenate
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.transport.source_vectors import source_frames, spread_to_corners, unit_vectors
 from geomhw.transport.vector_heat import VectorHeat

@@ -6,7 +6,8 @@ import pytest
 from geomhw.errors import FieldError
 from geomhw.geodesic import ShortestPaths, curve_through, straighten
 from geomhw.mesh import cylinder_band, grid, icosphere, torus
-from geomhw.mesh.surface_points import concatenate, face_point, vertex_points
+from geomhw.mesh.named_points import face_point, vertex_points
+from geomhw.mesh.surface_points import concatenate
 from support.hostile import hostile
 from support.meshes import annulus, crumpled
 from support.paths import angle, lies_in_faces, turns

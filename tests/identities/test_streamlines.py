@@ -13,8 +13,9 @@ from geomhw.flow.search_windows import search_room
 from geomhw.flow.streamline_polylines import STOPS, Streamlines
 from geomhw.flow.tangent_fields import tangential
 from geomhw.geodesic.shortest_paths import ShortestPaths
+from geomhw.mesh.named_points import face_point
 from geomhw.mesh.primitives import grid, icosphere, torus
-from geomhw.mesh.surface_points import concatenate, face_point
+from geomhw.mesh.surface_points import concatenate
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.operators.gradient import gradient_of
 from support.meshes import annulus, book, crumpled

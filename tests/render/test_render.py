@@ -8,7 +8,7 @@ from scipy import ndimage
 
 from geomhw.errors import FieldError
 from geomhw.mesh import primitives
-from geomhw.mesh.surface_points import vertex_points
+from geomhw.mesh.named_points import vertex_points
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.render.layers import DARK, Arrows, Marker, Panel, Surface
 from geomhw.render.look import Look

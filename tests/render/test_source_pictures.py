@@ -4,15 +4,9 @@ import numpy as np
 import pytest
 
 from geomhw.geodesic.heat_method import HeatDistance
+from geomhw.mesh.named_points import boundary_points, face_point, vertex_points, vertex_range
 from geomhw.mesh.primitives import grid, icosphere
-from geomhw.mesh.surface_points import (
-    SurfacePoints,
-    boundary_points,
-    concatenate,
-    face_point,
-    vertex_points,
-    vertex_range,
-)
+from geomhw.mesh.surface_points import SurfacePoints, concatenate
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.options import PANEL_WIDTH
 from geomhw.render.layers import Panel

@@ -13,8 +13,8 @@ from geomhw.geodesic.heat_method import HeatDistance
 from geomhw.geodesic.heat_step import HeatStep
 from geomhw.geodesic.shortest_paths import ShortestPaths
 from geomhw.geodesic.straightest import StraightestGeodesics
+from geomhw.mesh.named_points import vertex_points
 from geomhw.mesh.orientation import oriented
-from geomhw.mesh.surface_points import vertex_points
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.options import Location
 from geomhw.spectral.laplacian_spectrum import laplacian_spectrum
