@@ -76,6 +76,8 @@ class StraightestGeodesics:
         normal = self.mesh.vertex_normals[fan.vertex]
         if np.linalg.norm(np.cross(normal, given)) < 1e-6:
             raise ArgumentError(f"the vector at {source.name(0)} is normal to the surface")
+        # Where faces lie over each other, several have the direction: the nearest, then that farthest from its edges.
+        found = []
         for corner in fan.corners:
             f, k = divmod(corner, 3)
             edges = [
@@ -85,7 +87,11 @@ class StraightestGeodesics:
             share = np.linalg.lstsq(np.stack([a, b, normal], axis=1), given, rcond=None)[0][:2]
             if (share >= -1e-12 * np.abs(share).max()).all() and share.max() > 0:
                 inside = np.maximum(share, 0) @ [a, b]
-                return self._line(f, np.eye(3)[k], inside / np.linalg.norm(inside), length)
+                inside = inside / np.linalg.norm(inside)
+                found.append(((round(float(inside @ given), 9), share.min() / share.max()), f, k, inside))
+        if found:
+            _, f, k, inside = max(found, key=lambda each: each[0])
+            return self._line(f, np.eye(3)[k], inside, length)
         raise ArgumentError(f"the vector at {source.name(0)} points off the surface")
 
     def trace_angle(self, source: SurfacePoints, degrees: float, length: float) -> SurfacePath:

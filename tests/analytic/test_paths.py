@@ -201,3 +201,15 @@ def test_straightest_lines_scale_with_the_mesh(power: int) -> None:
             for mesh, length in ((ball, 2.5), (small, 2.5 * 2.0**power))
         ]
         assert lines[0].positions.tobytes() == (lines[1].positions / 2.0**power).tobytes()
+
+
+def test_directions_where_faces_lie_over_each_other() -> None:
+    """Of two flat faces over each other that have a direction, the numbering does not choose."""
+    points = [[0, 0, 0], [1, -0.2, 0], [0.6, 1, 0], [1, 0.5, 0], [-1, 1, 0], [-1, -1, 0]]
+    faces = [[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 5], [0, 5, 1]]
+    ends = []
+    for order in ([0, 1, 2, 3, 4], [2, 3, 4, 0, 1], [1, 2, 3, 4, 0]):
+        mesh = TriangleMesh(points, [faces[k] for k in order])
+        line = StraightestGeodesics(mesh).trace(vertex_points(mesh, [0]), [1.0, 0.9, 0], 0.2)
+        ends.append(sorted(mesh.faces[line.faces[0]].tolist()))
+    assert ends[0] == ends[1] == ends[2]
