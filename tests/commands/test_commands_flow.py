@@ -474,3 +474,11 @@ def test_restart_of_a_run_that_is_done() -> None:
     assert again.exit_code == 0
     assert [row["step"] for row in table("f.csv")] == [0, 3, 6]
     assert len(series("ball.fluid.pvd")) == 3
+
+
+def test_a_field_that_is_zero_on_the_mesh(folder: Path) -> None:
+    """A rotation about an axis within a flat mesh moves nothing there; the command says so."""
+    save_off(grid(4, 4), "flat.off")
+    answers = [run("advect", "flat.off", "--steps", "2", "--no-png", "--field", f"rotation:{axis}") for axis in "xz"]
+    assert [answer.exit_code for answer in answers] == [0, 0]
+    assert ["nothing moves" in answer.output for answer in answers] == [True, False]
