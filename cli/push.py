@@ -1,8 +1,7 @@
 """``geomhw push``: the pushforward of a field, a 1-form or a function by the flow of a tangent field."""
 
-from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
@@ -16,9 +15,8 @@ from geomhw_cli.specs import fields
 from geomhw_cli.specs.files import Spec
 from geomhw_cli.specs.numbers import COUNT, POSITIVE
 
-if TYPE_CHECKING:
-    from geomhw.arrays import Floats
-    from geomhw.flow.pushforward import Pushforward
+#: Growth of the energy of a field from which a warning says so.
+GROWTH = 1e6
 
 
 @command(
@@ -98,7 +96,7 @@ def push(
             series = flow.frames(V, time, frames, kind)
         else:
             answers["color"] = color_spec
-            series = _functions(flow, fields.color(str(color_spec), mesh, job.remarks), time, frames)
+            series = flow.functions(fields.color(str(color_spec), mesh, job.remarks), time, frames)
         for step, values in enumerate(series):
             now = step * time / frames
             carried = Field("pushed", "face", values) if field else Field("color", "vertex", values)
@@ -112,13 +110,11 @@ def push(
     last = writer.rows[-1]
     lines = [f"time: {time:.6g}, {len(writer.rows)} frames"]
     if field:
-        lines.append(f"energy: {writer.rows[0]['energy']:.6g} at the start, {last['energy']:.6g} at the end")
+        first = writer.rows[0]["energy"]
+        lines.append(f"energy: {first:.6g} at the start, {last['energy']:.6g} at the end")
+        if last["energy"] > GROWTH * first:
+            lines.append(
+                f"warning: the energy grows {last['energy'] / first:.3g} times: V is stretched where the flow of --by "
+                "diverges or shears; give a shorter --time, a --by without sources, or --as parallel"
+            )
     job.finish(mesh, answers | {"last": last}, lines)
-
-
-def _functions(flow: "Pushforward", color: "Floats", time: float, count: int) -> "Iterator[Floats]":
-    """Yield a function at time 0 and at even times."""
-    yield color
-    for _ in range(count):
-        color = flow.function(color, time / count)
-        yield color

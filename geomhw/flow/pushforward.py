@@ -78,6 +78,13 @@ class Pushforward:
         """Return f∘Φ_-t, (n,) or (n, k), of functions at vertices for a time t ≥ 0, within their range."""
         return self._scalar.advect(self._derivative, vertex_functions(self.mesh, values), t, self._inflow)
 
+    def functions(self, values: Floats, t: float, count: int) -> Iterator[Floats]:
+        """Yield functions, as `function` returns them, at time 0 and at ``count`` even times up to t."""
+        yield values
+        for _ in range(count):
+            values = self.function(values, t / count)
+            yield values
+
     def field(self, vectors: Floats, t: float, kind: TransportName = "vector") -> Floats:
         """Return a face field, (m, 3), transported for a time t; see `frames`."""
         *_, moved = self.frames(vectors, t, 1, kind)

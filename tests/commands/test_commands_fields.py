@@ -98,3 +98,13 @@ def test_film_of_a_pushed_field() -> None:
     save_off(icosphere(1))
     answer = run("push", "ball.off", "--field", "random:1", "--by", "rigid:z", "--frames", "2", "--width", "120")
     assert "ball.push.gif" in answer.stdout
+
+
+def test_push_says_that_a_field_grows() -> None:
+    """Where the flow diverges, a pushed field grows without bound; parallel transport keeps its size."""
+    ball = icosphere(2)
+    save_off(ball)
+    np.save("up.npy", np.array([0.0, 0, 1]) - ball.face_normals[:, 2:] * ball.face_normals)
+    line = ["--field", "rigid:x", "--by", "up.npy", "--time", "8", "--frames", "2", "--no-png", "-o", "s.pvd"]
+    assert "the energy grows" in run("push", "ball.off", *line).output
+    assert "the energy grows" not in run("push", "ball.off", *line, "--as", "parallel").output
