@@ -24,7 +24,7 @@ def map_turns(mesh: TriangleMesh, onto: TriangleMesh, vertex_map: Ints) -> tuple
     turns : (n,) unit complex numbers: a direction z at vertex i goes to turn z at its image, or to turn conj(z).
     reversing : (n,) mask of the vertices where the map reverses the orientation.
     """
-    slopes = np.stack([D @ onto.vertices[vertex_map] for D in LocalFit(mesh).vertex_slopes], axis=1)
+    slopes = np.stack(LocalFit(mesh).tangents(onto.vertices[vertex_map]), axis=1)
     J = np.einsum("iax,ibx->iba", slopes, onto.tangent_frames[vertex_map])
     same = (J[:, 0, 0] + J[:, 1, 1]) + 1j * (J[:, 1, 0] - J[:, 0, 1])
     reverse = (J[:, 0, 0] - J[:, 1, 1]) + 1j * (J[:, 1, 0] + J[:, 0, 1])

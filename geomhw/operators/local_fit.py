@@ -71,7 +71,7 @@ class LocalFit:
         corners = _incidence(mesh)
         near = _faces_near(corners)
         _, *self.vertex_slopes = self._fit(mesh, _pairs(near @ corners), mesh.vertices, degree=degree)
-        upward = [np.einsum("ix,ix->i", D @ mesh.vertices, mesh.vertex_normals) for D in self.vertex_slopes]
+        upward = [np.einsum("ix,ix->i", slope, mesh.vertex_normals) for slope in self.tangents(mesh.vertices)]
         self.normals = unit(mesh.vertex_normals - np.einsum("ai,iax->ix", upward, self.axes))
         self._mesh, self._near = mesh, near
 
@@ -97,6 +97,11 @@ class LocalFit:
         normals = self.normals[mesh.faces]
         side = np.einsum("fkx,fx->fk", normals, mesh.face_normals)
         return np.where(side < 0, -1.0, 1.0)[:, :, None] * normals
+
+    def tangents(self, positions: Floats) -> list[Floats]:
+        """Return the derivatives in x and y of positions of the vertices, (n, 3); where they lie does not matter."""
+        centered = positions - positions.mean(axis=0)  # else rounding grows with the distance from the origin
+        return [np.asarray(D @ centered) for D in self.vertex_slopes]
 
     def onto_surface(self, field: Floats) -> Floats:
         """Return the tangent vectors of the smooth surface whose parts along the faces are a field, (m, 3).
@@ -134,9 +139,10 @@ class LocalFit:
         radius = np.sqrt(scatter_add(x * x + y * y, at, n) / count)
         radius[radius == 0] = 1.0
         x, y = x / radius[at], y / radius[at]
-        columns = [np.ones_like(x), x, y, x * x, x * y, y * y]
+        # Weights with which sums of squared coefficients, which decide where points are few, do not depend on the axes.
+        columns = [np.ones_like(x), x, y, x * x, np.sqrt(2) * x * y, y * y]
         if degree == 3:
-            columns += [x**3, x * x * y, x * y * y, y**3]
+            columns += [x**3, np.sqrt(3) * x * x * y, np.sqrt(3) * x * y * y, y**3]
         if offsets is not None:
             side = np.einsum("px,px->p", mesh.face_normals[point], mesh.vertex_normals[at])
             z = np.where(side < 0, -1.0, 1.0) * offsets[point] / radius[at]

@@ -36,6 +36,6 @@ def vertex_gradient(mesh: TriangleMesh, values: Floats) -> Floats:
     fit = LocalFit(mesh, degree=3)
     slopes = np.stack([D @ np.asarray(values, dtype=float) for D in fit.vertex_slopes], axis=1)
     # Derivatives of the position along the coordinates of the fit, which are not quite tangent to the surface.
-    tangents = np.stack([D @ mesh.vertices for D in fit.vertex_slopes], axis=1)
+    tangents = np.stack(fit.tangents(mesh.vertices), axis=1)
     metric = np.einsum("nax,nbx->nab", tangents, tangents) + np.finfo(float).tiny * np.eye(2)
     return np.einsum("nab,nb,nax->nx", np.linalg.pinv(metric, hermitian=True), slopes, tangents)

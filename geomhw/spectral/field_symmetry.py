@@ -43,7 +43,7 @@ def pushforward(mesh: TriangleMesh, fit: LocalFit, vertex_map: Ints, vectors: Fl
 
     This is the operator D_V on the coordinates of the images: dσ V = D_V (p∘σ).
     """
-    slopes = np.stack([D @ mesh.vertices[vertex_map] for D in fit.vertex_slopes])
+    slopes = np.stack(fit.tangents(mesh.vertices[vertex_map]))
     along = np.einsum("iax,ix...->ai...", fit.axes, vectors)
     return np.asarray(np.einsum("aiy,ai...->iy...", slopes, along))
 

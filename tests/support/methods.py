@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from geomhw.curves import isolines as level_lines
 from geomhw.flow.advection import flow_of
 from geomhw.flow.helmholtz import HelmholtzDecomposition
 from geomhw.fluid.run import Plan, run, scheme_of
@@ -17,6 +18,9 @@ from geomhw.mesh.named_points import vertex_points
 from geomhw.mesh.orientation import oriented
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.options import Location
+from geomhw.scalars.smoothing import smooth as smoothed
+from geomhw.scalars.vertex_gradient import vertex_gradient
+from geomhw.spectral.killing_fields import killing_fields
 from geomhw.spectral.laplacian_spectrum import laplacian_spectrum
 from geomhw.transport.log_map import LogarithmicMap
 from geomhw.transport.vector_heat import VectorHeat
@@ -115,6 +119,27 @@ def spectrum(case: Case) -> Answer:
     """Smallest eigenvalues of the Laplacian on functions, without unit."""
     values = np.array(laplacian_spectrum(case.mesh, 6).report["eigenvalues"]) * case.size**2
     return {"eigenvalues": (values, "mesh", max(values.max(), 1.0))}
+
+
+def isolines(case: Case) -> Answer:
+    """Length of two level lines."""
+    lines = level_lines(case.mesh, case.color, [0.1, 0.5])
+    return {"length": (np.array([lines.lengths.sum()]), "mesh", case.size)}
+
+
+def smooth(case: Case) -> Answer:
+    return {"smoothed": (smoothed(case.mesh, case.color, case.size / 10), "vertex", 1.0)}
+
+
+def gradient(case: Case) -> Answer:
+    """Gradient of the color, in its range per size."""
+    return {"gradient": (vertex_gradient(case.mesh, case.color) * case.size, "vertex", 10.0)}
+
+
+def killing(case: Case) -> Answer:
+    """Two smallest energies, without unit."""
+    energies = np.array(killing_fields(case.mesh, 2).report["energies"]) * case.size**2
+    return {"energies": (energies, "mesh", 10 * max(energies.max(), 1.0))}
 
 
 COMMANDS: dict[str, Callable[[Case], Answer]] = {
