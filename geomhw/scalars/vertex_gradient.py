@@ -30,7 +30,7 @@ def vertex_gradient(mesh: TriangleMesh, values: Floats) -> Floats:
     --------
     >>> from geomhw.mesh import grid
     >>> mesh = grid(4, 4)
-    >>> vertex_gradient(mesh, 2 * mesh.vertices[:, 0]).round(12)[7].tolist()
+    >>> (vertex_gradient(mesh, 2 * mesh.vertices[:, 0]).round(12)[7] + 0.0).tolist()
     [2.0, 0.0, 0.0]
     """
     fit = LocalFit(mesh, degree=3)
