@@ -132,8 +132,9 @@ def smooth(case: Case) -> Answer:
 
 
 def gradient(case: Case) -> Answer:
-    """Gradient of the color, in its range per size."""
-    return {"gradient": (vertex_gradient(case.mesh, case.color) * case.size, "vertex", 10.0)}
+    """Gradient of the color per size; thin faces, which hardly determine it, make it large."""
+    found = vertex_gradient(case.mesh, case.color) * case.size
+    return {"gradient": (found, "vertex", max(largest(found), 10.0))}
 
 
 def killing(case: Case) -> Answer:
