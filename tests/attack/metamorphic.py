@@ -23,8 +23,8 @@ OTHERS = (
 METHODS: dict[str, Callable[[Case], Answer]] = {**COMMANDS, **{method.__name__: method for method in OTHERS}}
 #: Largest relative differences: between the same numbers in another order, and numbers that were rounded anew.
 SAME, ROUNDED = 1e-8, 1e-6
-#: Families of faces so thin, and methods so ill-conditioned (fits by normal equations), that sums in another order differ
-#: as much as rounding.
+#: Families of faces so thin, and methods so ill-conditioned, that sums in another order differ as much as rounding.
+#: A fit by normal equations keeps half of the digits.
 THIN, FITS = ("slivers",), ("gradient",)
 #: Families with edges of more than two faces, and methods that use the mean of normals there, as their reports warn:
 #: it depends on the orientation of the faces.
