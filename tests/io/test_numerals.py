@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from geomhw.errors import FormatError
 from geomhw.io import read, write
-from geomhw.io.formats import number_parsing, text_file
+from geomhw.io.formats import decimal_numbers, number_parsing, text_file
 from geomhw.io.formats.number_parsing import parse_numbers
 from geomhw.io.formats.text_file import TextFile
 from geomhw.mesh.primitives import icosphere
@@ -24,6 +24,9 @@ def parser(request: pytest.FixtureRequest) -> Iterator[None]:
     """Both parsers: the compiled one, which is for long texts, for all."""
     with pytest.MonkeyPatch.context() as patch:
         if request.param == "compiled":
+            decimal_numbers.parse_long(b"1 0.5", np.float64)  # loaded before memory is measured
+            decimal_numbers.parse_long(b"1 2", np.int64)
+            decimal_numbers.token_lines(np.frombuffer(b"1 2\n", np.uint8))
             patch.setattr(number_parsing, "LONG", 0)
             patch.setattr(text_file, "LONG", 0)
         yield
