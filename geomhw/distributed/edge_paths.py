@@ -5,7 +5,7 @@ import numpy as np
 from geomhw.arrays import Floats, Ints
 from geomhw.distributed.assembly import LocalOperators
 from geomhw.distributed.local_mesh import LocalMesh
-from geomhw.mesh.topology import edge_graph
+from geomhw.geodesic.edge_paths import paths_along_edges
 
 
 def edge_path_distance(mesh: LocalMesh, operators: LocalOperators, sources: Ints) -> Floats:
@@ -13,20 +13,13 @@ def edge_path_distance(mesh: LocalMesh, operators: LocalOperators, sources: Ints
 
     sources : rows of ``mesh.vertices``.
     """
-    from scipy.sparse.csgraph import dijkstra
-
     n, k = len(mesh.vertices), mesh.n_own
     distance = np.full(n, np.inf)
     distance[sources] = 0.0
     changed = sources
     while True:
         if len(changed):
-            # All paths start from one more vertex, n.
-            starts = np.stack([np.full_like(changed, n), changed], axis=1)
-            graph = edge_graph(
-                np.concatenate([operators.edges, starts]), np.append(operators.lengths, distance[changed]), n + 1
-            )
-            found = dijkstra(graph, directed=False, indices=[n], min_only=True)[:n]
+            found = paths_along_edges(operators.edges, operators.lengths, n, changed, distance)
             np.minimum(distance, found, out=distance)
         ghosts = mesh.halo(distance[:k])
         changed = k + np.flatnonzero(ghosts < distance[k:])

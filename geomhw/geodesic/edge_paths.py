@@ -25,10 +25,14 @@ def edge_path_distance(mesh: PolyhedralSurface, sources: Ints, start: Floats | N
     >>> edge_path_distance(grid(2, 2), np.array([0])).round(3).tolist()
     [0.0, 0.5, 1.0, 0.5, 0.707, 1.207, 1.0, 1.207, 1.414]
     """
+    return paths_along_edges(mesh.edges, mesh.edge_lengths, mesh.n_vertices, np.asarray(sources), start)
+
+
+def paths_along_edges(edges: Ints, lengths: Floats, n: int, sources: Ints, start: Floats | None = None) -> Floats:
+    """Return what `edge_path_distance` does for edges, (e, 2), of given lengths, (e,), between n vertices."""
     from scipy.sparse.csgraph import dijkstra
 
-    n, first = mesh.n_vertices, np.asarray(sources)
-    edges, lengths = mesh.edges, mesh.edge_lengths
+    first = sources
     if start is not None and start[first].any():
         # All paths start from one more vertex, n.
         edges = np.concatenate([edges, np.stack([np.full_like(first, n), first], axis=1)])

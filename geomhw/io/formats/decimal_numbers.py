@@ -36,7 +36,7 @@ _FIVES = np.array([divmod(_power_of_five(q), 1 << 64) for q in range(_LEAST, _MO
 
 
 def parse_long(text: bytes, kind: type[Any]) -> NDArray[Any] | None:
-    """Return all numbers of a text as float64 or int64; None where a token is none, or needs a more careful parser."""
+    """Return all numbers of a text as float64 or int64; None where one token is no number, or needs another parser."""
     values = np.empty(len(text) // 2 + 1, kind)
     letters = np.frombuffer(text, np.uint8)
     count = _integers(letters, values) if kind is np.int64 else _decimals(letters, values, values.view(np.uint64))
@@ -74,7 +74,7 @@ def _is_blank(letter: int) -> bool:
 
 @compiled_in_place
 def _integers(letters: Ints, values: Ints) -> int:
-    """Parse integers; return their number, or -1 at a token that is none or has too many digits."""
+    """Parse integers; return their number, or -1 at a token that is no integer or has too many digits."""
     count, i, n = 0, 0, len(letters)
     while i < n:
         if _is_blank(letters[i]):

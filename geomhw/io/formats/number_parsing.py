@@ -1,6 +1,6 @@
 """Numbers in text: each value is the nearest double, or the exact integer of 8 bytes.
 
-Texts are parsed by numpy, and long ones by compiled loops, which take a third of the time but some to load.
+numpy parses short texts. Compiled loops parse long ones in a third of the time, but take a while to load.
 """
 
 import re
@@ -19,7 +19,7 @@ _LONE_SIGN = re.compile(rb"[+-](\s|$)")
 
 
 def parse_numbers(text: bytes, kind: type[Any], size: int = 0) -> NDArray[Any] | None:
-    """Return all numbers of a text as ``kind``, float64 or int64, one for each token; None where one is none.
+    """Return all numbers of a text as ``kind``, float64 or int64, one for each token; None where a token is no number.
 
     size: bytes of the whole text, of which this is a part.
     """
