@@ -1,5 +1,6 @@
 """Commands of every kind of output on small meshes, as processes, and the files that they leave."""
 
+import json
 import os
 import shutil
 import subprocess
@@ -44,6 +45,19 @@ COMMANDS = {
     "spectrum": "spectrum ball.off -k 8 --signature hks -o e.vtu --png e.png",
     "killing": "killing ball.off -k 4 -o k.vtp --png k.png",
     "design": "design ball.off -n 4 --points p.csv -o d.vtp --png d.png",
+    "bracket": "bracket ball.off --field wind.npy --field rigid:z -o b.vtp --png b.png",
+    "derivatives": "derive ball.off --field wind.npy -o j.vtu --png j.png",
+    "pushed": "push ball.off --field wind.npy --by rigid:z --time 0.2 --frames 3 -o u.pvd --csv u.csv --width 200",
+    "extrema": "extrema ball.off --array height.npy -o x.vtp --png x.png",
+    "gradient": "gradient ball.off --array height.npy -o y.vtp --png y.png",
+    "smooth": "smooth ball.off --array height.npy --fwhm 0.5 -o z.csv --png z.png",
+    "isolines": "isolines ball.off --array height.npy --count 3 -o i.vtp -o i.json --png i.png",
+    "regions": "rois ball.off --center 0 --center 9 --radius 0.5 -o q.vtp --png q.png",
+    "signed": "signed ball.off --curve equator.csv -o d.vtp --png d.png",
+    "split": "split ball.off --curve equator.csv -o w.vtp --pieces half.ply --png w.png",
+    "streamlines": "streamlines ball.off --field rigid:z --spacing 0.3 -o n.vtp -o n.csv --png n.png",
+    "batch": "batch geodesic ball.off ring.off --out many -- --no-png",
+    "shard": "geodesic ring.off --all-pairs --shard 1/2 -o D.1.shard",
     "page": "view ball.off -o v.html",
     "folder": f"fluid ball.off {FLUID} --width 200",
     "info": "info ball.off --json",
@@ -63,14 +77,37 @@ class Reference:
     files: dict[str, bytes]
 
 
+def outputs(folder: Path) -> dict[str, bytes]:
+    """Return every file of a folder, the reports of a batch without times and paths."""
+    return {
+        name: _untimed(data) if name.endswith(("report.json", "outcome.json")) else data
+        for name, data in contents(folder).items()
+    }
+
+
+def _untimed(data: bytes) -> bytes:
+    """Return a report without what differs between runs; the bytes themselves if they are not a whole report."""
+    try:
+        report = json.loads(data)
+    except ValueError:
+        return data
+    return json.dumps(
+        {k: v for k, v in report.items() if k not in ("key", "input", "seconds", "profile", "files")}
+    ).encode()
+
+
 @contextmanager
 def prepared() -> Iterator[Path]:
-    """Make a folder with two meshes and a field."""
+    """Make a folder with two meshes, a field, a vertex array and a curve."""
     with tempfile.TemporaryDirectory(prefix="geomhw-attack-") as name:
         folder = Path(name)
         save_off(icosphere(2), str(folder / "ball.off"))
         save_off(torus(40, 24), str(folder / "ring.off"))
-        np.save(folder / "wind.npy", np.random.default_rng(0).normal(size=(320, 3)))
+        rng, angle = np.random.default_rng(0), np.linspace(0, 2 * np.pi, 33)
+        np.save(folder / "wind.npy", rng.normal(size=(320, 3)))
+        np.save(folder / "height.npy", rng.normal(size=162))
+        circle = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
+        np.savetxt(folder / "equator.csv", circle, delimiter=",", header="x,y,z", comments="")
         yield folder
 
 
@@ -97,14 +134,14 @@ def finished(command: str, folder: Path) -> "subprocess.CompletedProcess[str]":
 def reference(kind: str) -> Reference:
     """Return what the command of this kind writes and how long it takes."""
     with prepared() as folder:
-        before = contents(folder)
+        before = outputs(folder)
         finished(COMMANDS[kind], folder)  # loads the program and compiles its loops
-        for name in contents(folder).keys() - before.keys():
+        for name in outputs(folder).keys() - before.keys():
             (folder / name).unlink()
         started = time.monotonic()
         code = finished(COMMANDS[kind], folder).returncode
         seconds = time.monotonic() - started
-        files = {name: data for name, data in contents(folder).items() if name not in before}
+        files = {name: data for name, data in outputs(folder).items() if name not in before}
         return Reference(code, seconds, files)
 
 
@@ -117,7 +154,7 @@ def fresh(template: Path, folder: Path) -> Path:
 
 def wrong_files(kind: str, folder: Path, before: dict[str, bytes]) -> list[str]:
     """Return what is wrong with the files that a stopped run left: cut off, mixed, forgotten, or changed inputs."""
-    expected, found, wrong = reference(kind).files, contents(folder), []
+    expected, found, wrong = reference(kind).files, outputs(folder), []
     for name, data in found.items():
         if data == before.get(name) or data == expected.get(name):
             continue

@@ -7,11 +7,10 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
-from attack.program import COMMANDS, SECONDS, finished, fresh, prepared, reference, start, wrong_files
+from attack.program import COMMANDS, SECONDS, finished, fresh, outputs, prepared, reference, start, wrong_files
 
 import geomhw
 import geomhw_cli
-from support.program import contents
 
 SIGNALS = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP]
 #: Where an older run has left files, the first words of each.
@@ -33,6 +32,7 @@ def attack(seed: int, count: int) -> Iterator[list[str]]:
             folder = fresh(template, Path(space) / "run")
             for name in reference(kind).files if chance.random() < 0.3 else ():
                 if "." not in name.removesuffix(Path(name).suffix):
+                    (folder / name).parent.mkdir(exist_ok=True)
                     (folder / name).write_bytes(OLD)
             again = chance.random() < 0.25
             label = f"signals {number}: {COMMANDS[kind].split()[0]} ({kind}), {sent.name} at {moment:.2f}"
@@ -48,7 +48,7 @@ def is_pythons(err: str) -> bool:
 
 def interrupted(kind: str, folder: Path, sent: signal.Signals, moment: float, again: bool) -> list[str]:
     """Send a signal at a share of the usual time; return what is wrong with the exit code, words and files."""
-    expected, before = reference(kind), contents(folder)
+    expected, before = reference(kind), outputs(folder)
     with start(COMMANDS[kind], folder) as process:
         time.sleep(moment * expected.seconds)
         process.send_signal(sent)
@@ -58,7 +58,7 @@ def interrupted(kind: str, folder: Path, sent: signal.Signals, moment: float, ag
         _, err = process.communicate(timeout=SECONDS)
     if is_pythons(err):
         return [f"{APART}a signal before the first line of the program"]
-    after, wrong = contents(folder), []
+    after, wrong = outputs(folder), []
     whole = {name for name, data in expected.files.items() if after.get(name) == data}
     if process.returncode == expected.code:
         if whole != expected.files.keys():
@@ -81,6 +81,6 @@ def interrupted(kind: str, folder: Path, sent: signal.Signals, moment: float, ag
         wrong += [
             f"{name} differs after resuming"
             for name, data in expected.files.items()
-            if contents(folder).get(name) != data
+            if outputs(folder).get(name) != data
         ]
     return wrong
