@@ -64,6 +64,10 @@ def mesh_names(meshes: Sequence[str]) -> list[str]:
 RunTasks = Callable[[Sequence[Task]], Iterable[tuple[Task, dict[str, Any]]]]
 
 
+class _Stopped(Exception):
+    """The batch was stopped before the end of a process."""
+
+
 class Runner:
     """Runs tasks as processes, which `stop` ends."""
 
@@ -72,29 +76,37 @@ class Runner:
         self._lock, self._stopped = Lock(), Event()
 
     def __call__(self, task: Task) -> dict[str, Any]:
-        """Run a task and return its outcome, which its folder keeps, with what it printed."""
+        """Run a task and return its outcome, which its folder keeps, with what it printed; of a stopped task, none."""
         from geomhw.io import replacing
 
         task.folder.mkdir(parents=True, exist_ok=True)
         task.record.unlink(missing_ok=True)
         begun = time.monotonic()
-        with (task.folder / "report.json").open("wb") as report, (task.folder / "errors.txt").open("wb") as errors:
-            with self._lock:
-                if self._stopped.is_set():
-                    return {}
-                command = [sys.executable, "-m", "geomhw", *task.words]
-                process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=report, stderr=errors)
-                self._running.add(process)
-            code = process.wait()
-        with self._lock:
-            self._running.discard(process)
-            if self._stopped.is_set():
-                return {}
+        try:
+            with replacing([task.folder / "report.json", task.folder / "errors.txt"]) as printed:
+                code = self._run([sys.executable, "-m", "geomhw", *task.words], *printed)
+        except _Stopped:
+            return {}
         outcome = {"key": dict(task.key), "exit_code": code, "reason": _reason(task, code)}
         outcome |= {"seconds": round(time.monotonic() - begun, 3)}
         with replacing([task.record]) as (temporary,):
             temporary.write_text(json.dumps(outcome, indent=2) + "\n", encoding="utf-8")
         return outcome
+
+    def _run(self, command: Sequence[str], report: Path, errors: Path) -> int:
+        """Run a process to its end, its output in two files; return its exit code. Raises _Stopped."""
+        with report.open("wb") as out, errors.open("wb") as err:
+            with self._lock:
+                if self._stopped.is_set():
+                    raise _Stopped
+                process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=out, stderr=err)
+                self._running.add(process)
+            code = process.wait()
+        with self._lock:
+            self._running.discard(process)
+            if self._stopped.is_set():
+                raise _Stopped
+        return code
 
     def __reduce__(self) -> tuple[type["Runner"], tuple[()]]:
         """A worker has a runner of its own."""

@@ -70,7 +70,7 @@ def interrupted(kind: str, folder: Path, sent: signal.Signals, moment: float, ag
     if "Traceback" in err or "Exception" in err or "Fatal" in err:
         wrong.append("a traceback: " + " | ".join(err.splitlines()[-4:]))
     old = {name for name, data in after.items() if data == OLD}
-    growing = any(name.endswith(".pvd") for name in expected.files)
+    growing = any(name.endswith((".pvd", "outcome.json")) for name in expected.files)
     if old and whole and not growing and not all(name in err for name in whole):
         wrong.append(
             f"{sorted(whole)} are new beside old {sorted(old)}, and the message does not say so: {err.strip()}"
