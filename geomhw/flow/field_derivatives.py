@@ -5,6 +5,7 @@ import scipy.sparse as sp
 
 from geomhw.arrays import Floats, dot
 from geomhw.flow.tangent_fields import tangential
+from geomhw.mesh.cut import cut_into_sheets, means_of_copies
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.operators.local_fit import LocalFit
 from geomhw.results import Field, Result
@@ -16,7 +17,9 @@ class FieldDerivatives:
     A `LocalFit` gives the derivative DV of the three components of V at vertices. Its tangential part is the covariant
     derivative; in the bracket the normal parts cancel. Results per face are means over the corners.
 
-    All fields are (m, 3), one vector per face; normal parts are ignored.
+    All fields are (m, 3), one vector per face; normal parts are ignored. Derivatives do not pass pinched vertices and
+    edges of more than two faces, where the mesh is cut: vectors and matrices at vertices are on ``surface``, numbers
+    are means over the copies of a vertex.
 
     Parameters
     ----------
@@ -24,7 +27,8 @@ class FieldDerivatives:
 
     Attributes
     ----------
-    fit : LocalFit
+    surface : TriangleMesh, the mesh cut into sheets; ``mesh`` itself if it is a manifold.
+    fit : LocalFit, on ``surface``.
 
     Raises
     ------
@@ -52,19 +56,21 @@ class FieldDerivatives:
 
     def __init__(self, mesh: TriangleMesh) -> None:
         self.mesh = mesh
-        self.fit = LocalFit(mesh)
+        self.surface, self._original = cut_into_sheets(mesh)
+        self._means = means_of_copies(self.surface, self._original)
+        self.fit = LocalFit(self.surface)
 
     def at_vertices(self, field: Floats) -> Floats:
-        """Return a field at the vertices, (n, 3), tangent to the fitted surface."""
+        """Return a field at the vertices of ``surface``, (n', 3), tangent to the fitted surface."""
         return self._tangent(self.fit.value @ self._on_surface(field))
 
     def derivative(self, field: Floats) -> Floats:
-        """Return DV at the vertices, (n, 3, 3): ``DV @ w`` is the change of V, in space, along the tangent vector w."""
+        """Return DV at the vertices of ``surface``, (n', 3, 3): ``DV @ w`` is the change of V, in space, along w."""
         slopes = [D @ self._on_surface(field) for D in self.fit.slopes]
         return np.asarray(np.einsum("aix,iay->ixy", slopes, self.fit.axes))
 
     def covariant(self, field: Floats) -> Floats:
-        """Return ∇V at the vertices, (n, 3, 3), tangential on both sides: ``∇V @ w`` is ∇_w V."""
+        """Return ∇V at the vertices of ``surface``, (n', 3, 3), tangential on both sides: ``∇V @ w`` is ∇_w V."""
         DV = self._tangent(self.derivative(field))
         return self._tangent(DV.transpose(0, 2, 1)).transpose(0, 2, 1)
 
@@ -83,7 +89,8 @@ class FieldDerivatives:
         """
         components = np.einsum("ix,iax->ai", self.at_vertices(field), self.fit.axes)
         along_x, along_y = (sp.diags_array(v) @ D for v, D in zip(components, self.fit.vertex_slopes, strict=True))
-        return (along_x + along_y).tocsr()
+        copies = self._means.astype(bool).astype(float).T
+        return (self._means @ (along_x + along_y) @ copies).tocsr()
 
     def commutator(self, first: Floats, second: Floats) -> sp.csr_array:
         """Assemble D_U D_V - D_V D_U, (n, n), strong: the bracket [U, V] as an operator on functions at vertices."""
@@ -92,18 +99,16 @@ class FieldDerivatives:
 
     def divergence(self, field: Floats) -> Floats:
         """Return div V at the vertices, (n,), strong."""
-        return np.asarray(np.einsum("ixx->i", self.covariant(field)))
+        return np.asarray(self._means @ self._divergence(field))
 
     def curl(self, field: Floats) -> Floats:
         """Return curl V at the vertices, (n,), strong; positive counterclockwise seen from outside."""
-        D, n = self.covariant(field), self.fit.normals
-        turns = np.stack([D[:, k - 1, k - 2] - D[:, k - 2, k - 1] for k in range(3)], axis=1)
-        return np.asarray(np.einsum("ix,ix->i", n, turns))
+        return np.asarray(self._means @ self._curl(field))
 
     def strain(self, field: Floats) -> Floats:
         """Return the deformation tensor, (m, 3, 3): the symmetric part of ∇V. Zero for isometric flows."""
         D = self.covariant(field)
-        mean = ((D + D.transpose(0, 2, 1)) / 2)[self.mesh.faces].mean(axis=1)
+        mean = ((D + D.transpose(0, 2, 1)) / 2)[self.surface.faces].mean(axis=1)
         n = self.mesh.face_normals
         P = np.eye(3) - n[:, :, None] * n[:, None, :]
         return np.asarray(P @ mean @ P)
@@ -113,13 +118,23 @@ class FieldDerivatives:
 
         Second derivatives have an error of O(h) on irregular meshes.
         """
-        slopes = self._gradient(self.divergence(field))
-        turned = np.cross(self.fit.normals, self._gradient(self.curl(field)))
+        slopes = self._gradient(self._divergence(field))
+        turned = np.cross(self.fit.normals, self._gradient(self._curl(field)))
         return self.to_faces(-slopes - turned)
 
     def to_faces(self, vectors: Floats) -> Floats:
-        """Return the tangential part of the mean over the corners of each face, (m, 3), of vectors at vertices."""
-        return tangential(self.mesh, vectors[self.mesh.faces].mean(axis=1))
+        """Return the tangential part of the mean over the corners of each face, (m, 3), of vectors on ``surface``."""
+        return tangential(self.mesh, vectors[self.surface.faces].mean(axis=1))
+
+    def _divergence(self, field: Floats) -> Floats:
+        """Divergence at the vertices of the cut mesh."""
+        return np.asarray(np.einsum("ixx->i", self.covariant(field)))
+
+    def _curl(self, field: Floats) -> Floats:
+        """Curl at the vertices of the cut mesh."""
+        D, n = self.covariant(field), self.fit.normals
+        turns = np.stack([D[:, k - 1, k - 2] - D[:, k - 2, k - 1] for k in range(3)], axis=1)
+        return np.asarray(np.einsum("ix,ix->i", n, turns))
 
     def _gradient(self, function: Floats) -> Floats:
         """Gradient at vertices, (n, 3), of a function at vertices, (n,)."""

@@ -126,16 +126,19 @@ class Pushforward:
         """Assemble the operator L of V' = -LV on vectors at vertices, (3n, 3n), strong, units of U/length."""
         if kind not in get_args(TransportName):
             raise ArgumentError(f"there is no transport '{kind}'; choose from {', '.join(get_args(TransportName))}")
-        n = self._derivatives.fit.normals
+        n, surface = self._derivatives.fit.normals, self._derivatives.surface
+        derivative, inflow = self._derivative, self._inflow
+        if surface is not self.mesh:  # cut open at pinched vertices
+            derivative, inflow = directional_derivative(surface, self.by), inflow_vertices(surface, self.by)
         P = _blocks(np.eye(3) - n[:, :, None] * n[:, None, :])
-        L = P @ sp.kron(self._derivative, sp.eye_array(3), format="csr") @ P
+        L = P @ sp.kron(derivative, sp.eye_array(3), format="csr") @ P
         gradient = self._derivatives.covariant(self.by)
         if kind == "vector":
             L = L - _blocks(gradient)
         elif kind == "form":
             L = L + _blocks(gradient.transpose(0, 2, 1))
-        moving = np.ones((self.mesh.n_vertices, 3))
-        moving[self._inflow] = 0.0
+        moving = np.ones((surface.n_vertices, 3))
+        moving[inflow] = 0.0
         return (sp.diags_array(moving.ravel()) @ L).tocsr()
 
     def _curl_free_share(self, field: Floats) -> float:

@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import scipy.sparse as sp
 
 from geomhw.arrays import Ints
 from geomhw.mesh.topology import corner_fans
@@ -34,6 +35,29 @@ def cut_at_pinched_vertices(mesh: TriangleMesh) -> tuple[TriangleMesh, Ints]:
     ([[0, 1, 2], [5, 3, 4]], [0, 1, 2, 3, 4, 0])
     """
     return _separated(mesh, *corner_fans(mesh.faces, mesh.edge_table))
+
+
+def cut_into_sheets(mesh: TriangleMesh) -> tuple[TriangleMesh, Ints]:
+    """Cut a mesh open at pinched vertices and at edges of more than two faces; see `cut_at_pinched_vertices`.
+
+    Examples
+    --------
+    Three triangles at one edge come apart.
+
+    >>> points = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1]]
+    >>> cut_into_sheets(TriangleMesh(points, [[0, 1, 2], [0, 1, 3], [0, 1, 4]]))[0].n_vertices
+    9
+    """
+    return _separated(mesh, *corner_fans(mesh.faces, mesh.edge_table, most=2))
+
+
+def means_of_copies(cut: TriangleMesh, original: Ints) -> sp.csr_array:
+    """Assemble the means over the copies of each vertex, (n, n'), by their areas."""
+    n = int(original.max(initial=-1)) + 1
+    area = cut.vertex_areas
+    total = np.bincount(original, area, minlength=n)[original]
+    share = np.divide(area, total, out=np.ones_like(total), where=total > 0)
+    return sp.csr_array((share, (original, np.arange(len(original)))), shape=(n, len(original)))
 
 
 def cut_along_edges(mesh: TriangleMesh, edges: Ints) -> tuple[TriangleMesh, Ints]:

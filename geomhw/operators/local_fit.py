@@ -20,7 +20,7 @@ NEGLIGIBLE = 1e-10
 FLAT = 1e-9
 #: Weight that keeps the coefficient of the offsets small where they look like a quadratic.
 RIDGE = 1e-4
-#: Least cosine between the normals of a face and of the surface there.
+#: Least cosine between the normals of a face and of the surface there; below it, their sides count in proportion.
 STEEPEST = 0.1
 
 
@@ -70,7 +70,9 @@ class LocalFit:
         self.axes = mesh.tangent_frames
         corners = _incidence(mesh)
         near = _faces_near(corners)
-        _, *self.vertex_slopes = self._fit(mesh, _pairs(near @ corners), mesh.vertices, degree=degree)
+        # Differences to a vertex are exact; face centers far from the origin are not.
+        self._vertices = mesh.vertices - mesh.vertices[mesh.faces[0, 0]]
+        _, *self.vertex_slopes = self._fit(mesh, _pairs(near @ corners), self._vertices, degree=degree)
         upward = [np.einsum("ix,ix->i", slope, mesh.vertex_normals) for slope in self.tangents(mesh.vertices)]
         self.normals = unit(mesh.vertex_normals - np.einsum("ai,iax->ix", upward, self.axes))
         self._mesh, self._near = mesh, near
@@ -88,15 +90,19 @@ class LocalFit:
     @cached_property
     def _from_faces(self) -> list[sp.csr_array]:
         mesh = self._mesh
-        outward = mesh.face_centers[:, None] - mesh.vertices[mesh.faces]
+        centers = self._vertices[mesh.faces].mean(axis=1)
+        outward = centers[:, None] - self._vertices[mesh.faces]
         offsets = np.einsum("fkx,fkx->f", outward, self._corner_normals(mesh)) / 6
-        return self._fit(mesh, _pairs(self._near), mesh.face_centers, offsets)
+        return self._fit(mesh, _pairs(self._near), centers, offsets)
 
     def _corner_normals(self, mesh: TriangleMesh) -> Floats:
-        """Surface normals at the corners of faces, (m, 3, 3), on the side of the normal of the face."""
+        """Surface normals at the corners of faces, (m, 3, 3), on the side of the normal of the face.
+
+        Those nearly orthogonal to it are shorter.
+        """
         normals = self.normals[mesh.faces]
-        side = np.einsum("fkx,fx->fk", normals, mesh.face_normals)
-        return np.where(side < 0, -1.0, 1.0)[:, :, None] * normals
+        side = _side(np.einsum("fkx,fx->fk", normals, mesh.face_normals))
+        return side[:, :, None] * normals
 
     def tangents(self, positions: Floats) -> list[Floats]:
         """Return the derivatives in x and y of positions of the vertices, (n, 3); where they lie does not matter."""
@@ -126,7 +132,7 @@ class LocalFit:
         offsets: Floats | None = None,
         degree: Literal[2, 3] = 2,
     ) -> list[sp.csr_array]:
-        """Operators from values at points, (k, 3), to the value and the slopes at vertices.
+        """Operators from values at points, (k, 3), placed as ``_vertices``, to the value and the slopes at vertices.
 
         pairs: vertices and the points that their fits take. offsets: of points that are face centers, from the surface
         along the normals of the faces, (k,).
@@ -134,7 +140,7 @@ class LocalFit:
         at, point = pairs
         n = mesh.n_vertices
         count = np.maximum(np.bincount(at, minlength=n), 1)
-        apart = points[point] - mesh.vertices[at]
+        apart = points[point] - self._vertices[at]
         x, y = np.einsum("px,pax->ap", apart, self.axes[at])
         radius = np.sqrt(scatter_add(x * x + y * y, at, n) / count)
         radius[radius == 0] = 1.0
@@ -144,8 +150,8 @@ class LocalFit:
         if degree == 3:
             columns += [x**3, np.sqrt(3) * x * x * y, np.sqrt(3) * x * y * y, y**3]
         if offsets is not None:
-            side = np.einsum("px,px->p", mesh.face_normals[point], mesh.vertex_normals[at])
-            z = np.where(side < 0, -1.0, 1.0) * offsets[point] / radius[at]
+            side = _side(np.einsum("px,px->p", mesh.face_normals[point], mesh.vertex_normals[at]))
+            z = side * offsets[point] / radius[at]
             z = z - (scatter_add(z, at, n) / count)[at]
             size = np.sqrt(scatter_add(z * z, at, n) / count)
             columns.append(z / np.where(size > FLAT, size, np.inf)[at])
@@ -165,6 +171,11 @@ class LocalFit:
         values = np.einsum("pij,jp->ip", rows, np.stack(columns))
         starts = np.searchsorted(at, np.arange(n + 1))
         return [sp.csr_array((row, point, starts), shape=(n, len(points))) for row in values]
+
+
+def _side(cosine: Floats) -> Floats:
+    """Return the sign of the cosine between two normals, without a jump where they are orthogonal."""
+    return np.clip(cosine / STEEPEST, -1.0, 1.0)
 
 
 def _incidence(mesh: TriangleMesh) -> sp.csr_array:

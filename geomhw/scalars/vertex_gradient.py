@@ -3,6 +3,7 @@
 import numpy as np
 
 from geomhw.arrays import Floats
+from geomhw.mesh.cut import cut_into_sheets, means_of_copies
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.operators.local_fit import LocalFit
 
@@ -19,7 +20,8 @@ def vertex_gradient(mesh: TriangleMesh, values: Floats) -> Floats:
 
     Returns
     -------
-    (n, 3) array, units of the values per length, tangent to the surface that `LocalFit` fits.
+    (n, 3) array, units of the values per length, tangent to the surface that `LocalFit` fits. At pinched vertices and
+    at edges of more than two faces, the mean of the gradients on the sheets that meet there.
 
     Raises
     ------
@@ -33,9 +35,11 @@ def vertex_gradient(mesh: TriangleMesh, values: Floats) -> Floats:
     >>> (vertex_gradient(mesh, 2 * mesh.vertices[:, 0]).round(12)[7] + 0.0).tolist()
     [2.0, 0.0, 0.0]
     """
-    fit = LocalFit(mesh, degree=3)
-    slopes = np.stack([D @ np.asarray(values, dtype=float) for D in fit.vertex_slopes], axis=1)
+    surface, original = cut_into_sheets(mesh)
+    fit = LocalFit(surface, degree=3)
+    slopes = np.stack([D @ np.asarray(values, dtype=float)[original] for D in fit.vertex_slopes], axis=1)
     # Derivatives of the position along the coordinates of the fit, which are not quite tangent to the surface.
-    tangents = np.stack(fit.tangents(mesh.vertices), axis=1)
+    tangents = np.stack(fit.tangents(surface.vertices), axis=1)
     metric = np.einsum("nax,nbx->nab", tangents, tangents) + np.finfo(float).tiny * np.eye(2)
-    return np.einsum("nab,nb,nax->nx", np.linalg.pinv(metric, hermitian=True), slopes, tangents)
+    gradients = np.einsum("nab,nb,nax->nx", np.linalg.pinv(metric, hermitian=True), slopes, tangents)
+    return np.asarray(means_of_copies(surface, original) @ gradients)

@@ -18,7 +18,8 @@ from support.methods import COMMANDS, Answer, Case, case_of, scaled
 
 OTHERS = (
     *(methods.robust, methods.exact, methods.path, methods.trace, methods.logmap, methods.spectrum),
-    *(methods.isolines, methods.smooth, methods.gradient, methods.killing),
+    *(methods.isolines, methods.smooth, methods.gradient, methods.killing, methods.bracket, methods.derive),
+    *(methods.push, methods.design, methods.signed, methods.split, methods.voronoi, methods.center),
 )
 METHODS: dict[str, Callable[[Case], Answer]] = {**COMMANDS, **{method.__name__: method for method in OTHERS}}
 #: Largest relative differences: between the same numbers in another order, and numbers that were rounded anew.
@@ -28,7 +29,7 @@ SAME, ROUNDED = 1e-8, 1e-6
 THIN, FITS = ("slivers",), ("gradient",)
 #: Families with edges of more than two faces, and methods that use the mean of normals there, as their reports warn:
 #: it depends on the orientation of the faces.
-NOT_MANIFOLD, BY_NORMALS = ("pages", "touching"), {"vecdiffuse": ("flipped",), "gradient": ("flipped", "renumbered")}
+NOT_MANIFOLD, BY_NORMALS = ("pages", "touching"), {"vecdiffuse": ("flipped",)}
 
 
 @dataclass(frozen=True)
@@ -49,8 +50,8 @@ def changes(case: Case, seed: int) -> Iterator[tuple[str, Case, Change]]:
     same = np.arange(len(mesh[0])), np.arange(len(mesh[1]))
     unturned = np.eye(3)
     other, places, order = renumbered(mesh, seed)
-    source, target = np.argsort(places)[[case.source, case.target]].tolist()
-    new = replace(case, mesh=TriangleMesh(*other), source=source, target=target)
+    source, target, *corners = np.argsort(places)[[case.source, case.target, *case.corners]].tolist()
+    new = replace(case, mesh=TriangleMesh(*other), source=source, target=target, corners=tuple(corners))
     new = replace(new, field=case.field[order], color=case.color[places])
     yield "renumbered", case, Change(new, places, order, unturned, SAME)
     for name, change in (("corners", rotated_corners), ("flipped", flipped)):

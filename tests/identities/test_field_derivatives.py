@@ -6,7 +6,9 @@ import pytest
 from geomhw.flow import FieldDerivatives, derivatives_of, random_field, rigid_field
 from geomhw.mesh import grid, icosphere, moebius_band
 from geomhw.mesh.triangle_mesh import TriangleMesh
-from support.meshes import ZOO, zoo_mesh
+from geomhw.scalars import vertex_gradient
+from support.hostile import arrays, far_away, flipped
+from support.meshes import ZOO, book, zoo_mesh
 
 
 def crooked_square() -> TriangleMesh:
@@ -84,3 +86,44 @@ def test_one_sided_surface() -> None:
     assert np.isfinite(bracket).all()
     lengths = np.linalg.norm(bracket, axis=1)
     assert lengths.max() < 5 * np.median(lengths)
+
+
+def cube() -> TriangleMesh:
+    """Return a cube of 4 x 4 x 4 cells, each side divided along the grid."""
+    side = grid(4, 4)
+    points = [np.roll(np.insert(side.vertices[:, :2], 2, z, axis=1), k, axis=1) for k in range(3) for z in (0, 1)]
+    faces = [side.faces[:, ::-1] if k % 2 == 0 else side.faces for k in range(6)]
+    every = np.concatenate([face + k * side.n_vertices for k, face in enumerate(faces)])
+    vertices, names = np.unique(np.concatenate(points).round(12), axis=0, return_inverse=True)
+    return TriangleMesh(vertices, names.ravel()[every])
+
+
+def test_faces_orthogonal_to_the_normal_of_a_vertex() -> None:
+    """On a cube, where the side on which a face lies is rounding, the bracket turns with the mesh."""
+    mesh = cube()
+    U, V = mesh.face_centers @ np.random.default_rng(4).normal(size=(2, 3, 3))
+    turn = np.linalg.qr(np.random.default_rng(5).normal(size=(3, 3)))[0]
+    turned = FieldDerivatives(TriangleMesh(mesh.vertices @ turn.T, mesh.faces)).bracket(U @ turn.T, V @ turn.T)
+    np.testing.assert_allclose(turned, FieldDerivatives(mesh).bracket(U, V) @ turn.T, atol=1e-9)
+
+
+def test_far_from_the_origin() -> None:
+    """A million sizes away, derivatives are those of the mesh moved back, to rounding."""
+    far = TriangleMesh(*far_away(arrays(icosphere(3))))
+    near = TriangleMesh(far.vertices - far.vertices[0], far.faces)
+    U, V = near.face_centers @ np.random.default_rng(6).normal(size=(2, 3, 3))
+    np.testing.assert_allclose(FieldDerivatives(far).bracket(U, V), FieldDerivatives(near).bracket(U, V), atol=1e-9)
+
+
+def test_sheets_that_meet_at_an_edge() -> None:
+    """Pages of a book, flipped or not, each have the derivatives of a plane."""
+    mesh = book()
+    other = TriangleMesh(*flipped(arrays(mesh)))
+    page = np.arange(mesh.n_faces) < mesh.n_faces // 3
+    U, V = mesh.face_centers @ np.random.default_rng(7).normal(size=(2, 3, 3))
+    bracket = FieldDerivatives(mesh).bracket(U, V)
+    np.testing.assert_allclose(FieldDerivatives(other).bracket(U, V), bracket, atol=1e-10)
+    alone = FieldDerivatives(TriangleMesh(mesh.vertices, mesh.faces[page])).bracket(U[page], V[page])
+    np.testing.assert_allclose(bracket[page], alone, atol=1e-10)
+    z = mesh.vertices[:, 2]
+    np.testing.assert_allclose(vertex_gradient(other, z), np.tile([0.0, 0.0, 1.0], (len(z), 1)), atol=1e-10)

@@ -6,14 +6,21 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from geomhw.curves import isolines as level_lines
+from geomhw.curves import signed_distance, split_mesh
+from geomhw.directions import DirectionFields
 from geomhw.flow.advection import flow_of
+from geomhw.flow.field_derivatives import FieldDerivatives, derivatives_of
 from geomhw.flow.helmholtz import HelmholtzDecomposition
+from geomhw.flow.pushforward import Pushforward
+from geomhw.flow.tangent_fields import tangential
 from geomhw.fluid.run import Plan, run, scheme_of
 from geomhw.geodesic.exact import ExactDistance
 from geomhw.geodesic.heat_method import HeatDistance
 from geomhw.geodesic.heat_step import HeatStep
 from geomhw.geodesic.shortest_paths import ShortestPaths
 from geomhw.geodesic.straightest import StraightestGeodesics
+from geomhw.geodesic.voronoi import voronoi_cells
+from geomhw.mesh.curve_points import curve_points
 from geomhw.mesh.named_points import vertex_points
 from geomhw.mesh.orientation import oriented
 from geomhw.mesh.triangle_mesh import TriangleMesh
@@ -23,13 +30,14 @@ from geomhw.scalars.vertex_gradient import vertex_gradient
 from geomhw.spectral.killing_fields import killing_fields
 from geomhw.spectral.laplacian_spectrum import laplacian_spectrum
 from geomhw.transport.log_map import LogarithmicMap
+from geomhw.transport.surface_means import karcher_mean
 from geomhw.transport.vector_heat import VectorHeat
 from support.hostile import Arrays
 
 
 @dataclass(frozen=True)
 class Case:
-    """A mesh with two vertices, a field per face, a color per vertex, a time, its size, and a source vector."""
+    """A mesh with two vertices, a field per face, a color per vertex, a time, its size, a source vector, and a face."""
 
     mesh: TriangleMesh
     source: int
@@ -39,6 +47,7 @@ class Case:
     size: float
     vector: tuple[float, ...] = (1.0, 2.0, 3.0)
     target: int = 0
+    corners: tuple[int, ...] = (0, 0, 0)
 
 
 #: Arrays by name, with their location, and the size to which differences are relative.
@@ -143,6 +152,71 @@ def killing(case: Case) -> Answer:
     return {"energies": (energies, "mesh", 10 * max(energies.max(), 1.0))}
 
 
+def bracket(case: Case) -> Answer:
+    """Lie bracket of the field and of a constant vector, per size."""
+    U, V = (tangential(case.mesh, field) for field in (case.field, case.size * constant(case)))
+    found = FieldDerivatives(case.mesh).bracket(U, V)
+    return {"bracket": (found, "face", max(largest(found), 10 * case.size))}
+
+
+def derive(case: Case) -> Answer:
+    """Derivatives of the field without a sign that the orientation decides."""
+    found = derivatives_of(oriented(case.mesh), case.field, case.field)
+    along, divergence = (np.asarray(found[name]) for name in ("covariant_derivative", "divergence"))
+    size = max(float(np.abs(divergence).max()), 10.0)
+    return {
+        "covariant_derivative": (along, "face", max(largest(along), 10 * case.size)),
+        "divergence": (divergence, "vertex", size),
+    }
+
+
+def push(case: Case) -> Answer:
+    """A constant vector field carried by the field for a tenth of the time."""
+    flow = Pushforward(oriented(case.mesh), case.field)
+    found = flow.field(tangential(case.mesh, case.size * constant(case)), case.time / 10)
+    return {"pushed": (found, "face", max(largest(found), case.size))}
+
+
+def design(case: Case) -> Answer:
+    """Energy of the smoothest cross field, without unit."""
+    fields = DirectionFields(oriented(case.mesh), 4)
+    energy = fields.result(fields.smoothest()).report["energy"]
+    energies = np.array([energy]) * case.size**2
+    return {"energy": (energies, "mesh", max(energies.max(), 1.0))}
+
+
+def signed(case: Case) -> Answer:
+    """Distance from the border of a face, without the sign, which the orientation decides."""
+    mesh = oriented(case.mesh)
+    mesh.require_oriented("signed distance")
+    face = np.flatnonzero(np.isin(mesh.faces, case.corners).all(axis=1))[0]
+    places = mesh.faces[face].tolist()
+    weights = np.eye(3)[[places.index(vertex) for vertex in (*case.corners, case.corners[0])]]
+    curve = curve_points(mesh, np.full(4, face), weights)
+    found = np.abs(signed_distance(mesh, curve)["signed_distance"])
+    return {"distance": (found, "vertex", case.size)}
+
+
+def split(case: Case) -> Answer:
+    """Areas of the pieces between level lines, without order."""
+    lines = level_lines(case.mesh, case.color, [0.1, 0.5])
+    pieces = split_mesh(case.mesh, lines.curves)
+    areas = np.bincount(pieces.pieces, pieces.mesh.face_areas)
+    return {"areas": (np.sort(areas), "mesh", areas.sum())}
+
+
+def voronoi(case: Case) -> Answer:
+    """Areas of the cells of two sites."""
+    cells = voronoi_cells(case.mesh, vertex_points(case.mesh, [case.source, case.target]))
+    return {"areas": (cells.areas, "mesh", cells.areas.sum())}
+
+
+def center(case: Case) -> Answer:
+    """Sum of the squared distances from the mean of two points."""
+    found = karcher_mean(case.mesh, vertex_points(case.mesh, [case.source, case.target]))
+    return {"sum": (np.array([found.value]), "mesh", case.size**2)}
+
+
 COMMANDS: dict[str, Callable[[Case], Answer]] = {
     "geodesic": geodesic,
     "vecdiffuse": vecdiffuse,
@@ -161,7 +235,13 @@ def case_of(mesh: Arrays) -> Case:
     field = size * (np.cross([0.3, -0.4, 1.0], centers) + centers @ np.diag([1.0, -0.5, 0.2]) + 0.1)
     color = np.sin(4 * x[:, 0]) + np.cos(3 * x[:, 1] + 5 * x[:, 2])
     source, target = (int(given.faces[len(given.faces) // k, 0]) for k in (2, 3))
-    return Case(given, source, field, color, 0.01, size, target=target)
+    corners = tuple(given.faces[len(given.faces) // 3].tolist())
+    return Case(given, source, field, color, 0.01, size, target=target, corners=corners)
+
+
+def constant(case: Case) -> np.ndarray:
+    """Return the vector of the case on every face."""
+    return np.tile(case.vector, (case.mesh.n_faces, 1))
 
 
 def largest(field: np.ndarray) -> float:
