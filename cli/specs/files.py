@@ -3,7 +3,7 @@
 import os
 import sys
 from collections.abc import Callable, Collection, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from shutil import copyfileobj
 from tempfile import TemporaryDirectory
@@ -109,6 +109,23 @@ def require_writable(paths: Sequence[Path], extensions: Collection[str]) -> None
         options = {option for item in click.get_current_context().command.params for option in item.opts}
         named = {f"--{path.suffix.lower()[1:]}" for path in files if path.suffix.lower() not in extensions} & options
         raise ArgumentError("; ".join([str(error), *(f"the option for it is {name}" for name in named)])) from error
+    if part := click.get_current_context().params.get("shard"):
+        _require_no_other_part(files, part.number)
+
+
+def _require_no_other_part(paths: Sequence[Path], number: int) -> None:
+    """Raise ArgumentError where a file is another part of a run: parts with one -o would replace each other."""
+    from geomhw.errors import ArgumentError, FormatError
+    from geomhw.io.artifacts.shards import read_shard
+
+    for path in paths:
+        with suppress(FormatError, OSError):  # no shard, or not a whole one
+            found = read_shard(path)
+            if found.number != number:
+                raise ArgumentError(
+                    f"{path} holds part {found.number} of {found.of}, and this is part {number}: remove it, or "
+                    "give each part a file of its own, such as D.1.shard, D.2.shard"
+                )
 
 
 def set_format(context: click.Context, option: click.Parameter, value: str | None) -> None:

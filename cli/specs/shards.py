@@ -30,7 +30,7 @@ class ShardPart:
 
     def extensions(self, of_run: list[str]) -> list[str]:
         """Extensions of the output, given those of a whole run."""
-        return [".shard", *of_run] if not self.is_whole else of_run
+        return [".shard"] if not self.is_whole else of_run
 
     def range(self, count: int, block: int = 1) -> tuple[int, int]:
         """The first and the last + 1 of ``count`` units that belong to this part, whole blocks of a run."""

@@ -138,6 +138,8 @@ def test_parts_of_other_runs() -> None:
         "trace ball.off --from 0 --length 1 --fan 3 --shard 1/2",
         "info ball.off ball.off --shard 1/2",
         "info ball.off ball.off --shard 1/2 -o i.json",
+        "geodesic ball.off --all-pairs --shard 1/2 -o D.npy",
+        "geodesic ball.off --all-pairs --limit 1 --method exact --shard 1/2 -o D.npz",
         "info ball.off -o i.shard",
         "info ball.off -o ball.off",
     ],
@@ -147,6 +149,19 @@ def test_parts_go_to_shards(words: str, folder: Path) -> None:
     before = files(folder)
     assert run(*words.split()).exit_code == 2
     assert files(folder) == before
+
+
+@pytest.mark.parametrize(
+    "command", ["geodesic ball.off --all-pairs", "info ball.off ball.off", "trace ball.off --fan 4 --length 1"]
+)
+def test_parts_with_one_name(command: str) -> None:
+    """A part does not replace another one; the same part is computed anew."""
+    for part, code in (("1/2", 0), ("2/2", 2), ("1/2", 0)):
+        answer = run(*command.split(), "--shard", part, "-o", "D.shard", "-q")
+        assert answer.exit_code == code, answer.output
+    answer = run(*command.split(), "--shard", "2/3", "-o", "D.shard")
+    assert not missing(answer.stderr, "D.shard ... part 1 of 2 ... part 2 ... a file of its own")
+    assert run(*command.split(), "--shard", "1/3", "-o", "D.shard").exit_code == 0
 
 
 def test_the_report_says_which_part() -> None:
