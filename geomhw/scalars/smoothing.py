@@ -7,13 +7,20 @@ import scipy.sparse as sp
 
 from geomhw.arrays import Floats
 from geomhw.errors import ArgumentError
+from geomhw.intrinsic.divided_faces import divided_faces
+from geomhw.mesh.geometry import corner_sum
 from geomhw.mesh.polyhedral import PolyhedralSurface
+from geomhw.operators.edge_matrix import edge_matrix, weight_sums
 from geomhw.operators.laplacian import stiffness
 from geomhw.operators.mass import mean_mass
 from geomhw.solvers.auto import LaplaceSolver
 
 #: Steps of the heat flow: 4 or 32 change a point that has become a Gaussian of 6 edges by 2 or 0.1 %.
 STEPS = 12
+#: Edges; a Gaussian narrower than this needs a finer surface.
+NARROW = 5
+#: Steps there.
+NARROW_STEPS = 8
 #: Root 1 - 1/√2 of the denominator of a step, for which it is L-stable and of second order [Hairer, Wanner 1996, IV.6].
 GAMMA = 1 - math.sqrt(0.5)
 
@@ -48,10 +55,19 @@ def diffusion_time(fwhm: float) -> float:
 class HeatSmoothing:
     """Smooth functions by heat flow; nothing flows through the boundary.
 
-    M du/dt = -S u is solved by equal steps of an L-stable method of second order: two backward Euler solutions
-    w = (M + γτS)⁻¹ M u and w' of w give (1 + √2) w' - √2 w. Each keeps the integral of u and constants. M is the mean
-    of the lumped and the consistent mass: at a width of three edges, a point is off by 1 % in the mean square, with the
-    lumped mass by 10 %. Values below the smallest remain possible, by 3e-4 of the range at a width of two edges.
+    The values u are heat A u at the vertices, with the areas A. It flows by M du/dt = -S u. M is the mean of the lumped
+    and the consistent mass, with eigenvalues of fourth order on regular meshes. M⁻¹ sharpens a point, by a variance of
+    Σl²/24 in a face with edges l; filters F = 1 - A⁻¹S_c/2 before and after the flow, with c = Σl²/48 in each face,
+    undo it. The operator is A⁻¹ K with the symmetric K = A F exp(-t M⁻¹S) M⁻¹ Fᵀ A, and keeps constants and integrals.
+
+    Narrow Gaussians need a finer surface: below a width of five edges, heat flows on faces divided into four, from and
+    to the given vertices. There D K D, with factors D near 1, keeps constants up to a remainder, which stays at its
+    vertex [Marshall, Coifman 2019]. On irregular meshes, a point is off by 1 % in the mean square at a width of three
+    edges, and by 4 % at two. Values may pass the largest and the smallest, by 3e-4 of the range at a width of two
+    edges, and by 3 % at one.
+
+    The flow has equal steps of an L-stable method of second order: two backward Euler solutions
+    w = (M + γτS)⁻¹ b and w', of M w, give (1 + √2) w' - √2 w.
 
     Parameters
     ----------
@@ -71,6 +87,10 @@ class HeatSmoothing:
     ConvergenceError
         If the linear system has no finite solution.
 
+    References
+    ----------
+    Marshall, Coifman: Manifold learning with bi-stochastic kernels. IMA Journal of Applied Mathematics 84, 2019.
+
     Examples
     --------
     >>> from geomhw.mesh import grid
@@ -85,33 +105,64 @@ class HeatSmoothing:
         surface = surface or mesh
         self.time = diffusion_time(fwhm)
         self._areas = surface.vertex_areas
-        self._mass = mean_mass(surface)
         self._free = self._areas > 0
         self._components = mesh.components
-        heat = sp.csr_array(self._mass + GAMMA * self.time / STEPS * stiffness(surface))
-        self._solve = LaplaceSolver(heat, self._free, solves=2 * STEPS)
+        is_narrow = fwhm < NARROW * surface.edge_lengths.mean()
+        fine = divided_faces(surface) if is_narrow else surface
+        self._steps = NARROW_STEPS if is_narrow else STEPS
+        self._mass = mean_mass(fine)
+        filtered = sp.eye_array(fine.n_vertices, format="csr") - sp.diags_array(_inverse(fine.vertex_areas)) @ _spread(
+            fine
+        )
+        points = sp.eye_array(fine.n_vertices, surface.n_vertices, format="csr")
+        self._loads = sp.csr_array(filtered.T @ points @ sp.diags_array(self._areas))
+        free = fine.vertex_areas > 0
+        heat = sp.csr_array(self._mass + GAMMA * self.time / self._steps * stiffness(fine))
+        self._solve = LaplaceSolver(heat, free, solves=2 * self._steps)
+        self._scale, self._rest = np.ones(surface.n_vertices), np.zeros(surface.n_vertices)
+        if is_narrow:
+            self._scale[self._free] /= np.sqrt(self._smooth(self._scale)[self._free])
+            self._rest[self._free] = 1 - (self._scale * self._smooth(self._scale))[self._free]
 
     def __call__(self, values: Floats) -> Floats:
         """Return smoothed values, of one function, (n,), or of several, (n, k)."""
         start = np.asarray(values, dtype=float)
-        scale = np.abs(start[self._free]).max(initial=0)
-        if not scale:
+        size = np.abs(start[self._free]).max(initial=0)
+        if not size:
             return start.copy()
-        u = start / scale
-        for _ in range(STEPS):
-            once = self._solve(self._mass @ u)
+        columns = start.reshape(len(start), -1) / size
+        scale = self._scale[:, None]
+        u = scale * self._smooth(scale * columns) + self._rest[:, None] * columns
+        u += self._lost(columns - u)[self._components]
+        return np.where(self._free[:, None], size * u, columns * size).reshape(start.shape)
+
+    def _smooth(self, values: Floats) -> Floats:
+        """Apply A⁻¹ K to functions, (n,) or (n, k)."""
+        b = self._loads @ values
+        for _ in range(self._steps):
+            once = self._solve(b)
             u = (1 + math.sqrt(2)) * self._solve(self._mass @ once) - math.sqrt(2) * once
-        free = self._free if start.ndim == 1 else self._free[:, None]
-        u += self._lost(start / scale - u)[self._components]
-        return np.where(free, scale * u, start)
+            b = self._mass @ u
+        return np.asarray(((self._loads.T @ u).T * _inverse(self._areas)).T)
 
     def _lost(self, change: Floats) -> Floats:
         """The mean change on each component: rounding of the solutions, since the flow keeps the integral."""
         total = np.bincount(self._components, self._areas)
-        columns = (self._areas * change.reshape(len(change), -1).T).T
-        sums = np.stack([np.bincount(self._components, column) for column in columns.T], axis=1)
-        means = np.divide(sums, total[:, None], out=np.zeros_like(sums), where=total[:, None] > 0)
-        return means.reshape(len(total), *change.shape[1:])
+        sums = np.stack([np.bincount(self._components, column) for column in (self._areas * change.T)], axis=1)
+        return np.divide(sums, total[:, None], out=np.zeros_like(sums), where=total[:, None] > 0)
+
+
+def _spread(surface: PolyhedralSurface) -> sp.csr_array:
+    """Assemble S_c/2, the stiffness with a coefficient c/2 = Σl²/96 in each face with edges l, (n, n)."""
+    squares = (surface.edge_lengths**2)[surface.edge_table.of_faces].sum(axis=1)
+    cotangents = surface.cotangents * (squares / (192 * surface.sheets))[:, None]
+    weights = corner_sum(cotangents, surface.edge_table.of_faces, len(surface.edge_lengths))
+    return edge_matrix(surface.edges, -weights, weight_sums(surface.edges, weights, surface.n_vertices))
+
+
+def _inverse(areas: Floats) -> Floats:
+    """Return 1/A, and 0 for vertices without faces."""
+    return np.divide(1.0, areas, out=np.zeros_like(areas), where=areas > 0)
 
 
 def smooth(mesh: PolyhedralSurface, values: Floats, fwhm: float) -> Floats:

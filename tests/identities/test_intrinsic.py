@@ -11,6 +11,7 @@ from scipy.spatial import Delaunay
 from geomhw.geodesic.edge_paths import edge_path_distance
 from geomhw.geodesic.heat_method import HeatDistance
 from geomhw.intrinsic.delaunay import intrinsic_delaunay
+from geomhw.intrinsic.divided_faces import divided_faces
 from geomhw.intrinsic.intrinsic_mesh import IntrinsicMesh, mollified
 from geomhw.intrinsic.robust import RobustTriangulation
 from geomhw.intrinsic.tufted_cover import tufted_cover
@@ -243,3 +244,21 @@ def test_far_away(refine: bool) -> None:
     far = TriangleMesh(*far_away((mesh.vertices, mesh.faces)))
     near, moved = (HeatDistance(m, "h2", robust=True, refine=refine).from_vertices([0]) for m in (mesh, far))
     np.testing.assert_allclose(moved["distance"], near["distance"], atol=1e-8 * near["distance"].max())
+
+
+@pytest.mark.parametrize("name", ["mesh", "tufted cover", "loops"])
+def test_divided_faces_are_the_same_surface(name: str) -> None:
+    """Operators on faces divided into four, restricted to functions that are linear on each face, are those given."""
+    surface: PolyhedralSurface = icosphere(2) if name == "mesh" else tufted_cover(IntrinsicMesh.of(book()))
+    if name == "loops":
+        surface = RobustTriangulation.of(spiky()).surface
+    fine, n = divided_faces(surface), surface.n_vertices
+    i, j = surface.edges.T
+    middles = np.arange(n, fine.n_vertices)
+    at = np.concatenate([np.arange(n), middles, middles]), np.concatenate([np.arange(n), i, j])
+    linear = sp.csr_array((np.r_[np.ones(n), np.full(2 * len(middles), 0.5)], at))
+    for operator in (stiffness, consistent_mass):
+        expected = operator(surface).toarray()
+        np.testing.assert_allclose(
+            (linear.T @ operator(fine) @ linear).toarray(), expected, atol=1e-12 * np.abs(expected).max()
+        )
