@@ -17,6 +17,8 @@ from geomhw.results import Cloud, Result
 ARROW_COLOR = "#14171c"
 #: Frames on a contact sheet, at most, and the smallest width of its panels.
 MOST_ON_SHEET, SMALLEST_PANEL = 12, 240
+#: Times are even up to this share of their range.
+EVEN = 1e-6
 #: Part of the color map of the color: dark arrows are visible on all of it.
 COLOR_SPAN = (0.25, 1.0)
 #: Spacing of arrows as a fraction of the panel.
@@ -108,15 +110,25 @@ def contact_sheet(
 
 
 def even_times(times: Sequence[float], most: int) -> list[int]:
-    """Return the indices of at most ``most`` frames whose times are the nearest to an even division.
+    """Return the indices of at most ``most`` frames at even times, or nearest to them.
 
+    A smaller number of frames, down to half, is taken if their times are even.
+
+    >>> even_times([0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0], 5)
+    [0, 2, 4, 6]
     >>> even_times([0.0, 1.0, 1.5, 2.0, 3.0, 4.0], 3)
     [0, 3, 5]
     """
-    wanted = np.linspace(times[0], times[-1], min(most, len(times)))
-    if len(wanted) == len(times):
+    if len(times) <= most:
         return list(range(len(times)))
-    return np.unique(np.abs(np.subtract.outer(wanted, times)).argmin(axis=1)).tolist()
+    choices = []
+    for count in range(most, max(most // 2, 1), -1):
+        wanted = np.linspace(times[0], times[-1], count)
+        apart = np.abs(np.subtract.outer(wanted, times))
+        choices.append(np.unique(apart.argmin(axis=1)).tolist())
+        if apart.min(axis=1).max() < EVEN * (times[-1] - times[0]):
+            return choices[-1]
+    return choices[0]
 
 
 def _frames(results: Sequence[Result], clouds: Sequence[Cloud]) -> list[list[Panel]]:
