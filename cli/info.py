@@ -25,8 +25,8 @@ CONSEQUENCES = {
     "duplicate_faces": "geodesic and vecdiffuse ignore them, advect and operators count them; fluid and helmholtz "
     "refuse more than two faces at an edge.",
     "isolated_vertices": "They stay in outputs, with distance inf, and cannot be sources.",
-    "non_manifold_edges": "geodesic and advect pass to all of the faces, vecdiffuse uses the mean of their normals; "
-    "fluid, helmholtz, tracers and the intrinsic connection refuse them.",
+    "non_manifold_edges": "geodesic and advect pass to all of the faces, transported vectors and derivatives to none; "
+    "fluid, helmholtz and tracers refuse them.",
     "non_manifold_vertices": "Distances and colors pass through, flows and transported vectors do not.",
     "inconsistent_edges": "vecdiffuse, fluid and helmholtz reverse the smaller part of the faces; geodesic and advect "
     "need no orientation.",

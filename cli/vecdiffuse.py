@@ -26,6 +26,13 @@ MAX_SEED = 10**18 - 1
 SPACING = 0.25
 
 
+#: Where no tangent plane joins the faces, by the name in the report.
+NOT_PASSED = {
+    "non_manifold_edges": ("edge of more than two faces", "edges of more than two faces"),
+    "non_manifold_vertices": ("vertex where several fans of faces meet", "vertices where several fans of faces meet"),
+}
+
+
 @command(
     OptionGroup("Input", options.SOURCE),
     OptionGroup(
@@ -121,13 +128,8 @@ def vecdiffuse(
     lines += [time_line(step, "dt") for step in answers["times"]]
     if "robust" in answers:
         lines.append(robust_line(answers["robust"]))
-    if pinched := answers.get("non_manifold_vertices", 0):
-        lines.append(f"note: vectors do not pass {pinched} vertices where several fans of faces meet")
-    if crossings := answers.get("non_manifold_edges", 0):
-        lines.append(
-            f"warning: {crossings} edges are not manifold and have no tangent plane; transport there uses the mean of "
-            "the normals, which depends on the orientation of the faces"
-        )
+    if barriers := [counted(answers[name], *words) for name, words in NOT_PASSED.items() if answers.get(name, 0)]:
+        lines.append(f"note: vectors do not pass {' and '.join(barriers)}")
     if unreached := answers["unreachable_vertices"]:
         lines.append(f"warning: {counted(unreached, 'vertex', 'vertices')} on components without a source: vectors 0")
     job.finish(mesh, shortened(answers), lines)

@@ -40,6 +40,8 @@ def cut_at_pinched_vertices(mesh: TriangleMesh) -> tuple[TriangleMesh, Ints]:
 def cut_into_sheets(mesh: TriangleMesh) -> tuple[TriangleMesh, Ints]:
     """Cut a mesh open at pinched vertices and at edges of more than two faces; see `cut_at_pinched_vertices`.
 
+    Duplicate faces stay together and count as one.
+
     Examples
     --------
     Three triangles at one edge come apart.
@@ -48,7 +50,10 @@ def cut_into_sheets(mesh: TriangleMesh) -> tuple[TriangleMesh, Ints]:
     >>> cut_into_sheets(TriangleMesh(points, [[0, 1, 2], [0, 1, 3], [0, 1, 4]]))[0].n_vertices
     9
     """
-    return _separated(mesh, *corner_fans(mesh.faces, mesh.edge_table, most=2))
+    table = mesh.edge_table
+    single = np.delete(table.of_faces, mesh.duplicate_faces[:, 0], axis=0)
+    counts = np.bincount(single.ravel(), minlength=mesh.n_edges)
+    return _separated(mesh, *corner_fans(mesh.faces, replace(table, face_counts=counts), most=2))
 
 
 def means_of_copies(cut: TriangleMesh, original: Ints) -> sp.csr_array:

@@ -5,7 +5,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from geomhw.arrays import Complexes, Floats, Ints
 from geomhw.errors import ArgumentError, FieldError
-from geomhw.mesh.cut import cut_at_pinched_vertices
+from geomhw.mesh.cut import cut_into_sheets
 from geomhw.mesh.surface_points import SurfacePoints
 from geomhw.mesh.tangent_frames import face_frames
 from geomhw.mesh.triangle_mesh import TriangleMesh
@@ -38,7 +38,7 @@ def source_frames(mesh: TriangleMesh, sources: SurfacePoints) -> Floats:
     flat = np.isin(sources.faces, mesh.degenerate_faces)
     if (inside & flat).any():
         raise FieldError(f"face {sources.faces[inside & flat][0]} has zero area, so no tangent plane for a vector")
-    frames = cut_at_pinched_vertices(mesh)[0].tangent_frames[sources.corners[:, 0]]
+    frames = cut_into_sheets(mesh)[0].tangent_frames[sources.corners[:, 0]]
     faces = sources.faces[inside]
     frames[inside] = face_frames(mesh.opposite_edges[faces], mesh.face_normals[faces])
     return frames
@@ -77,12 +77,12 @@ def checked_vectors(sources: SurfacePoints, vectors: ArrayLike) -> tuple[Surface
 def tangent_vectors(
     sources: SurfacePoints, given: Floats, mesh: TriangleMesh, fans: SurfacePoints, source: Ints
 ) -> tuple[SurfacePoints, Floats, Floats]:
-    """Project vectors, (d, 3), at distinct sources to the tangent planes, at a pinched vertex to that of each fan.
+    """Project vectors, (d, 3), at distinct sources to tangent planes, at a vertex with several fans to that of each.
 
     Parameters
     ----------
-    mesh : the mesh of the sources, cut open at pinched vertices.
-    fans, source : the sources on it, at a pinched vertex once for each fan, and the source of each, (q,).
+    mesh : the mesh of the sources, cut into sheets.
+    fans, source : the sources on it, at a vertex with several fans once for each, and the source of each, (q,).
 
     Returns
     -------

@@ -7,7 +7,7 @@ import scipy.sparse as sp
 
 from geomhw.arrays import Complexes, Floats, Ints
 from geomhw.intrinsic.robust import RobustTriangulation
-from geomhw.mesh.cut import cut_at_pinched_vertices
+from geomhw.mesh.cut import cut_into_sheets
 from geomhw.mesh.orientation import orientation_cover, without_duplicate_faces
 from geomhw.mesh.polyhedral import PolyhedralSurface
 from geomhw.mesh.surface_points import SurfacePoints
@@ -21,14 +21,14 @@ from geomhw.transport.source_vectors import spread_to_corners
 class TangentDomain:
     """What vector diffusion needs of a mesh, for any time: built once.
 
-    base: the mesh, cut open at pinched vertices, with n' vertices. cover: the base, consistently oriented; where it is
+    base: the mesh, cut into sheets, with n' vertices. cover: the base, consistently oriented; where it is
     one-sided, its orientation cover, on which both vertices of one place carry the same vector. surface: the cover, or
     its robust triangulation. K: connection stiffness, complex Hermitian, in the frames of the cover.
     """
 
     def __init__(self, mesh: TriangleMesh, connection: Connection = "normals", robust: bool = False) -> None:
         self.mesh, self.connection = mesh, connection
-        self.base, self._original = cut_at_pinched_vertices(mesh)
+        self.base, self._original = cut_into_sheets(mesh)
         self.cover = orientation_cover(self.base)
         self.robust = RobustTriangulation.of(self.cover) if robust else None
         self.surface: PolyhedralSurface = self.robust.surface if self.robust else self.cover
@@ -39,15 +39,15 @@ class TangentDomain:
 
     @cached_property
     def crossings(self) -> dict[str, int]:
-        """Number of edges without a tangent plane and of vertices with several, for a report; without zeros."""
+        """Number of edges of more than two faces, and of other vertices with several fans, for a report; no zeros."""
         single = without_duplicate_faces(self.mesh)
-        edges = int(np.count_nonzero(single.edge_table.face_counts > 2))
-        vertices = len(np.unique(self._original[self.mesh.n_vertices :]))
-        counts = {"non_manifold_edges": edges, "non_manifold_vertices": vertices}
+        edges = single.edges[single.edge_table.face_counts > 2]
+        vertices = np.setdiff1d(self._original[self.mesh.n_vertices :], edges)
+        counts = {"non_manifold_edges": len(edges), "non_manifold_vertices": len(vertices)}
         return {name: count for name, count in counts.items() if count}
 
     def split(self, sources: SurfacePoints) -> tuple[SurfacePoints, Ints]:
-        """The sources on the base, at a pinched vertex once for each copy, and the source of each."""
+        """The sources on the base, at a vertex with several fans once for each, and the source of each."""
         if self.base is self.mesh:
             return sources, np.arange(len(sources))
         copies, inside = np.bincount(self._original), sources.faces >= 0

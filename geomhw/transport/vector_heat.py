@@ -102,8 +102,8 @@ class VectorHeat:
         -------
         Result with these fields per vertex, tangent and zero on components without a source: ``diffused`` Y, with
         (M + tK) Y = Y0, where a vector within a face gives its shares to the corners; ``transported``, the vectors
-        carried along shortest paths, with their lengths. Vectors do not pass a vertex where several fans meet; it has
-        the vector of the fan where the diffused one is longest.
+        carried along shortest paths, with their lengths. Vectors do not pass edges of more than two faces, and vertices
+        where several fans meet; these have the vector of the fan where the diffused one is longest.
 
         Raises
         ------

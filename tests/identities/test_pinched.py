@@ -133,6 +133,19 @@ def test_transport_does_not_pass() -> None:
     np.testing.assert_allclose(values[~lower], 7)
 
 
+def test_transport_does_not_pass_an_edge_of_three_faces() -> None:
+    """A vector in a page of a book is that of the page alone, flipped or not; the other pages have none."""
+    mesh = book()
+    page = np.arange(mesh.n_faces) < mesh.n_faces // 3
+    source = int(mesh.faces[page].max())
+    alone = VectorHeat(TriangleMesh(mesh.vertices, mesh.faces[page])).from_vertices([source], [[1.0, 2.0, 3.0]])
+    for given in (mesh, TriangleMesh(*flipped(arrays(mesh)))):
+        result = VectorHeat(given).from_vertices([source], [[1.0, 2.0, 3.0]])
+        np.testing.assert_allclose(result["transported"], alone["transported"], atol=1e-12)
+        assert result.report["non_manifold_edges"] == 6
+        assert result.report["unreachable_vertices"] == mesh.n_vertices - len(np.unique(mesh.faces[page]))
+
+
 def test_transport_from_within_a_face() -> None:
     """A vector in a face at a pinched vertex goes to the fan of that face only."""
     mesh = TriangleMesh(*MESHES["hourglass"])
