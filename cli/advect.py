@@ -11,9 +11,6 @@ from geomhw_cli.runtime.frame_writer import FrameWriter
 from geomhw_cli.runtime.progress import progress
 from geomhw_cli.specs import fields
 
-#: Distance, in mean edge lengths, below which nothing seems to move.
-STILL = 1e-9
-
 
 @command(
     OptionGroup("Input", options.vector_field("--field", f"Vector field: {fields.FIELD_HELP}."), options.COLOR),
@@ -92,11 +89,7 @@ def advect(
         f"time: {last['time']:.6g} in {steps} steps, {len(writer.rows)} frames",
         f"color: {last['color_min']:.4g} to {last['color_max']:.4g} at the end",
     ]
-    if (moved := float(abs(velocity).max()) * dt * steps) < STILL * mesh.mean_edge_length:
-        lines.append(
-            f"warning: nothing moves: the field carries the color by {moved:.3g}; for a flat mesh, choose an axis "
-            "perpendicular to it, such as --field rotation:z"
-        )
+    lines += fields.still_lines(mesh, float(abs(velocity).max()) * dt * steps, "field", "--field")
     if limits.since is not None:
         lines.append(
             f"warning: the color leaves its range from step {limits.since} on, by up to {limits.excess:.3g} times the "

@@ -121,6 +121,7 @@ def fluid(mesh_path: Path, choices: dict[str, Any], files: dict[str, Any], repor
             velocity = fields.flow(choices["init"], mesh, model)
             state = scheme.start(velocity, fields.color(choices["color_spec"], mesh, job.remarks))
         first = writer.rows[0] if writer.rows else None
+        fastest, begin = _largest_speed(scheme, state), state.time
         conservation = ConservationCheck(scheme, state, force, first, plan.dt or 0.0)
     with job.stage("compute and write"), progress("fluid") as bar, writer.running():
         for snapshot in run(scheme, state, plan, force, conservation):
@@ -133,8 +134,11 @@ def fluid(mesh_path: Path, choices: dict[str, Any], files: dict[str, Any], repor
     writer.finish()
     first, last = writer.rows[0], writer.rows[-1]
     lines = [f"time: {last['time']:.6g} after {last['step']} steps, {len(writer.rows)} frames"]
-    if first["energy"]:
+    moved = max(fastest, _largest_speed(scheme, state)) * (state.time - begin)
+    still = fields.still_lines(mesh, moved, "fluid", "--init") if state.time > begin else []
+    if first["energy"] and not still:
         lines.append(f"energy: {last['energy'] / first['energy']:.10g} of that at the start")
+    lines += still
     if choices["scheme"] == "stable-fluids":
         lines.append("note: the handout's scheme damps the flow at every step, however short; others do not")
     for name, step in conservation.since.items():
@@ -148,6 +152,13 @@ def fluid(mesh_path: Path, choices: dict[str, Any], files: dict[str, Any], repor
             f"{conservation.color.excess:.3g} times the width of the range; other schemes keep it"
         )
     job.finish(mesh, {**choices, "frames": len(writer.rows), "first": first, "last": last}, lines)
+
+
+def _largest_speed(scheme: "Scheme", state: "FlowState") -> float:
+    """The length of the longest velocity of a state."""
+    import numpy as np
+
+    return float(np.linalg.norm(scheme.velocity(state), axis=1).max())
 
 
 def _continue(restart: Path, choices: dict[str, Any], files: dict[str, Any]) -> None:

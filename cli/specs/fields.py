@@ -25,6 +25,8 @@ COLOR_HELP = (
 )
 FLOW_HELP = "random:SEED[:WAVES], rossby-haurwitz:DEGREE, vortices:V1=+1,V2=-1, harmonic:K"
 FLOW_FIELD_HELP = f"{FIELD_HELP}; or {FLOW_HELP}"
+#: Distance, in mean edge lengths, below which nothing seems to move.
+STILL = 1e-9
 _KINDS = ("hue", "rotation", "rigid", "random", "blob", "rossby-haurwitz", "vortices", "harmonic")
 _AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
@@ -156,3 +158,13 @@ def _circulations(text: str, spec: str) -> dict[int, float]:
 def _is_file(spec: str) -> bool:
     kind, path = spec.partition(":")[0], spec.rpartition(":")[0]
     return kind not in _KINDS and ("." in spec or (path != "" and os.path.exists(path)))
+
+
+def still_lines(mesh: "TriangleMesh", moved: float, what: str, option: str) -> list[str]:
+    """A warning if a flow that moves the color by some distance moves nothing. option: that names another flow."""
+    if moved >= STILL * mesh.mean_edge_length:
+        return []
+    return [
+        f"warning: nothing moves: the {what} carries the color by {moved:.3g}; for a flat mesh, choose an axis "
+        f"perpendicular to it, such as {option} rotation:z"
+    ]

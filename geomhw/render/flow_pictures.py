@@ -29,7 +29,8 @@ TYPICAL_SPEED = 0.95
 STREAK = 0.1
 #: Fraction of the vorticities beyond the ends of the color map.
 OUTLIERS = 0.005
-#: Vorticity below this multiple of typical speed over edge length is rounding; the speed is drawn instead.
+#: Vorticity below this multiple of typical speed over edge length is rounding; the speed is drawn instead. A flow that
+#: moves by less than this share of an edge in all is at rest.
 ROUNDING = 1e-9
 
 
@@ -40,8 +41,8 @@ def flow_film(results: Sequence[Result], clouds: Sequence[Cloud] = (), look: Loo
     ----------
     results : sequence of Result
         One per frame, with the field ``time``, and ``pushed`` per face, or ``color``, ``velocity`` and perhaps
-        ``vorticity``. Where vorticity is
-        rounding in all frames, the speed is drawn in its place.
+        ``vorticity``. Where vorticity is rounding in all frames, the speed is drawn in its place, and nothing where
+        the flow is at rest.
     clouds : sequence of Cloud
         Tracers of each frame; drawn as streaks of equal duration instead of arrows.
     look : Look
@@ -138,14 +139,17 @@ def _frames(results: Sequence[Result], clouds: Sequence[Cloud]) -> list[list[Pan
         return _pushed_frames(results)
     speeds = np.stack([np.linalg.norm(np.asarray(result["velocity"]), axis=1) for result in results])
     speed = float(np.quantile(speeds, TYPICAL_SPEED, axis=1).max())  # of the fastest frame
+    total = _time(results[-1]) - _time(results[0])
+    if speed * total < ROUNDING * mesh.mean_edge_length and total:
+        speed = 0.0  # nothing moves
     duration = STREAK * float(np.sqrt(mesh.face_areas.sum())) / (speed or 1.0)
-    layers: list[dict[str, Any]] = [{"arrows": _arrows(result, speed or 1.0)} for result in results]
+    layers: list[dict[str, Any]] = [{"arrows": _arrows(result, speed)} if speed else {} for result in results]
     if clouds:
         note = f"streaks: the last {duration:.3g} of time" if speed else ""
         layers = [{"streaks": _streaks(mesh, cloud, duration), "note": note} for cloud in clouds]
     colors = _fixed([np.asarray(result["color"]) for result in results], Surface(span=COLOR_SPAN, label="color"))
-    title = f"color and {'tracers' if clouds else 'velocity'}"
-    second = _second_surfaces(results, speeds, speed)
+    title = f"color and {'tracers' if clouds else 'velocity'}" if speed else "color, at rest"
+    second = _second_surfaces(results, speeds, speed, ROUNDING / total if total else 0.0)
     panels = []
     for k, result in enumerate(results):
         time = f"t = {_time(result):.4g}"
@@ -168,13 +172,18 @@ def _pushed_frames(results: Sequence[Result]) -> list[list[Panel]]:
     ]
 
 
-def _second_surfaces(results: Sequence[Result], speeds: Floats, speed: float) -> tuple[str, list[Surface]] | None:
-    """Return title and surfaces of the second panels: vorticity, or speed where vorticity is rounding."""
+def _second_surfaces(
+    results: Sequence[Result], speeds: Floats, speed: float, least: float
+) -> tuple[str, list[Surface]] | None:
+    """Return title and surfaces of the second panels: vorticity, or speed where vorticity is rounding.
+
+    least : vorticity that turns nothing in all the time.
+    """
     if not any(field.name == "vorticity" for field in results[0].fields):
         return None
     vorticities = [np.asarray(result["vorticity"]) for result in results]
     swirl = max(float(np.quantile(np.abs(vorticity), 1 - OUTLIERS)) for vorticity in vorticities)
-    if swirl > ROUNDING * speed / results[0].mesh.mean_edge_length:
+    if swirl > max(ROUNDING * speed / results[0].mesh.mean_edge_length, least):
         plain = Surface(colormap="RdBu_r", limits=(-swirl, swirl), label="vorticity [1/time]", main=False)
         return "vorticity", _fixed(vorticities, plain)
     if not speed:

@@ -13,6 +13,7 @@ import numpy as np
 from geomhw.arrays import Floats, Ints
 from geomhw.errors import ArgumentError, FieldError
 from geomhw.geodesic.exact import ExactDistance
+from geomhw.geodesic.shortest_paths import ShortestPaths
 from geomhw.geodesic.straightest import StraightestGeodesics
 from geomhw.mesh.inserted_points import InsertedPoints, insert_points
 from geomhw.mesh.named_points import face_point, vertex_points
@@ -20,12 +21,16 @@ from geomhw.mesh.surface_points import SurfacePoints, concatenate
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.transport.log_map import LogarithmicMap
 
-#: Starts are the vertices of least value among their neighbors, within this share of the least one, and their number.
+#: Starts are vertices and edges of least value among their neighbors, within this share of the least one; how many of
+#: either kind.
 BAND, STARTS = 0.05, 8
 #: Steps, at most, and halvings of a step.
 STEPS, HALVINGS = 500, 30
 #: Steps end at this length, and values are equal up to this share.
 SHORTEST, ROUNDING, EQUAL = 1e-14, 1e-14, 1e-9
+#: Directions to points, at most, even ones, and lengths as shares of a step, in which the sum may decrease where it
+#: does not in that of the step.
+DIRECTIONS, EVEN_DIRECTIONS, SHARES = 12, range(0, 360, 30), (0.5, 0.1, 0.01)
 #: Minima at a larger distance differ, as a share of the largest distance of a point.
 APART = 1e-5
 
@@ -60,9 +65,9 @@ class SurfaceMean:
 def karcher_mean(mesh: TriangleMesh, points: SurfacePoints) -> SurfaceMean:
     """Return the point of least sum of squared exact distances from given points.
 
-    The iteration starts at the vertex of least sum. It steps along the straightest geodesic whose vector is the mean of
-    the logarithmic map, halved until the sum does not grow, up to rounding. It is repeated from other vertices that are
-    the least among their neighbors and nearly as good.
+    The iteration steps along the straightest geodesic whose vector is the mean of the logarithmic map, halved until the
+    sum does not grow, up to rounding. It starts at the vertices and edges that have the least sum among their neighbors
+    and are nearly the best, and on the shortest path between two points; the best minimum is returned.
 
     Parameters
     ----------
@@ -111,7 +116,7 @@ def _center(mesh: TriangleMesh, points: SurfacePoints, median: bool) -> SurfaceM
         raise ArgumentError("there is no point to take the mean of")
     inserted = insert_points(mesh, points)
     search = _Search(inserted.mesh, inserted.vertices, median)
-    found = [search.minimum(int(v)) for v in _starts(search)]
+    found = [search.minimum(start) for start in _starts(search)]
     best = min(found, key=lambda item: item.value)
     places = [original_point(mesh, inserted, item.point) for item in found]
     point = places[found.index(best)]
@@ -135,20 +140,50 @@ def original_point(mesh: TriangleMesh, inserted: InsertedPoints, point: SurfaceP
     return face_point(mesh, int(inserted.parents[face]), corner @ inserted.corners[face])
 
 
-def _starts(search: "_Search") -> Ints:
-    """Vertices to start from, the best first."""
+def _starts(search: "_Search") -> list[SurfacePoints]:
+    """Vertices and middles of edges to start from, the best first: local minima of the sum, as it is on flat faces.
+
+    A squared distance from one image of a point is x² + a linear function along an edge, and thus known from its ends.
+    """
     mesh = search.mesh
     distances = ExactDistance(mesh).rows([vertex_points(mesh, [v]) for v in search.targets.tolist()])
     if np.isinf(distances[0, search.targets]).any():
         k = int(np.isinf(distances[0, search.targets]).argmax())
         raise FieldError(f"no path connects point 0 with point {k}: they lie on different components")
-    values = distances.sum(axis=0) if search.median else (distances**2).sum(axis=0)
-    least, (a, b) = np.full(len(values), inf), mesh.edges.T
-    np.minimum.at(least, a, values[b])
-    np.minimum.at(least, b, values[a])
-    (local,) = np.nonzero((values <= least) & np.isfinite(values))
-    local = local[np.argsort(values[local], kind="stable")]
-    return np.asarray(local[values[local] <= values[local[0]] * (1 + BAND)][:STARTS])
+    (a, b), quarters = mesh.edges.T, mesh.edge_lengths**2 / 4
+    at_vertices, at_edges = np.zeros(mesh.n_vertices), np.zeros(mesh.n_edges)
+    for d in distances**2:
+        middle = np.maximum((d[a] + d[b]) / 2 - quarters, 0)
+        at_vertices += np.sqrt(d) if search.median else d
+        at_edges += np.sqrt(middle) if search.median else middle
+    least_vertex, least_edge = np.full((2, mesh.n_vertices), inf)
+    for least, one, other in ((least_vertex, at_vertices[a], at_vertices[b]), (least_edge, at_edges, at_edges)):
+        np.minimum.at(least, a, other)
+        np.minimum.at(least, b, one)
+    vertices = np.flatnonzero((at_vertices <= least_vertex) & np.isfinite(at_vertices))
+    is_least = (at_edges <= np.minimum(least_edge[a], least_edge[b])) & np.isfinite(at_edges)
+    edges = np.flatnonzero(is_least & (at_edges < np.minimum(at_vertices[a], at_vertices[b])))
+    found = []
+    for local, values, point in ((vertices, at_vertices, _vertex), (edges, at_edges, _middle)):
+        order = local[np.argsort(values[local], kind="stable")][:STARTS]
+        found += [(float(values[k]), point(mesh, int(k))) for k in order]
+    found.sort(key=lambda item: item[0])
+    if len(search.targets) == 2 and not search.median:  # the middle of a shortest path is a minimum
+        ends = [vertex_points(mesh, [v]) for v in search.targets.tolist()]
+        (path,) = ShortestPaths(mesh).between(*ends)
+        found.insert(0, (path.length**2 / 2, path.end(int(np.abs(path.arc_length - path.length / 2).argmin()))))
+    return [start for value, start in found if value <= found[0][0] * (1 + BAND)]
+
+
+def _vertex(mesh: TriangleMesh, v: int) -> SurfacePoints:
+    """Return a vertex as a point."""
+    return vertex_points(mesh, [v])
+
+
+def _middle(mesh: TriangleMesh, edge: int) -> SurfacePoints:
+    """Return the middle of an edge."""
+    face = int(np.flatnonzero((mesh.edge_table.of_faces == edge).any(axis=1))[0])
+    return face_point(mesh, face, np.isin(mesh.faces[face], mesh.edges[edge]) / 2)
 
 
 class _Search:
@@ -158,13 +193,13 @@ class _Search:
         self.mesh, self.targets, self.median = mesh, targets, median
         self._log, self._lines = LogarithmicMap(mesh), StraightestGeodesics(mesh)
 
-    def minimum(self, v: int) -> SurfaceMean:
-        """Return the minimum to which the iteration from a vertex converges."""
-        here = self._at(vertex_points(self.mesh, [v]), 0)
+    def minimum(self, start: SurfacePoints) -> SurfaceMean:
+        """Return the minimum to which the iteration from a point converges."""
+        here = self._at(start, 0)
         for steps in range(1, STEPS + 1):
             if np.linalg.norm(here[1]) <= SHORTEST * here[0].distances.max():
                 break
-            following = self._step(*here, steps)
+            following = self._step(*here, steps) or self._in_any_direction(here[0], steps)
             if following is None:
                 break
             here = following
@@ -174,16 +209,38 @@ class _Search:
         """Return the state after a step that does not increase the sum; None if there is none."""
         length, degrees = state.last_step, float(np.degrees(np.arctan2(step[1], step[0])))
         for _ in range(HALVINGS):
-            try:
-                end = self._lines.trace_angle(state.point, degrees, length).end(-1)
-            except ArgumentError:  # off the boundary
+            new = self._moved(state, degrees, length, number)
+            if new is None:
                 return None
-            new = self._at(end, number)
             flat = new[0].value > state.value * (1 - ROUNDING)
             if new[0].value <= state.value * (1 + ROUNDING) and not (flat and new[0].last_step >= state.last_step):
                 return new
             length /= 2
         return None
+
+    def _in_any_direction(self, state: SurfaceMean, number: int) -> tuple[SurfaceMean, Floats] | None:
+        """Return a state in a direction from a vertex that decreases the sum; None if there is none.
+
+        At a vertex with an angle far from 2π, the mean of the logarithms may not be such a direction.
+        """
+        if len(state.point.vertices) == 0:
+            return None
+        angles = np.asarray(self._log.from_source(state.point)["angle"])[self.targets]
+        for share in SHARES:
+            for degrees in [*np.degrees(angles[np.isfinite(angles)])[:DIRECTIONS].tolist(), *EVEN_DIRECTIONS]:
+                new = self._moved(state, degrees, share * state.last_step, number)
+                if new is not None and new[0].value < state.value * (1 - ROUNDING):
+                    return new
+        return None
+
+    def _moved(
+        self, state: SurfaceMean, degrees: float, length: float, number: int
+    ) -> tuple[SurfaceMean, Floats] | None:
+        """Return the state at the end of a straightest line; None off the boundary."""
+        try:
+            return self._at(self._lines.trace_angle(state.point, degrees, length).end(-1), number)
+        except ArgumentError:
+            return None
 
     def _at(self, point: SurfacePoints, number: int) -> tuple[SurfaceMean, Floats]:
         """Return the state at a point, and the next step as a vector in the frame of the logarithmic map."""

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from geomhw.errors import FieldError
-from geomhw.geodesic import farthest_points, voronoi_cells
+from geomhw.geodesic import ExactDistance, farthest_points, voronoi_cells
 from geomhw.mesh import TriangleMesh, concatenate, cylinder_band, grid, icosphere, nearest_point, torus, vertex_points
 from geomhw.mesh.surface_points import SurfacePoints
 from geomhw.transport import SurfaceMean, geometric_median, karcher_mean, relaxed_sites
@@ -109,3 +109,15 @@ def test_relaxation() -> None:
     square = grid(6, 6)
     middle = relaxed_sites(square, vertex_points(square, [2]), 1).positions(square)
     np.testing.assert_allclose(middle, [[0.5, 0.5, 0]], atol=1e-12)
+
+
+@pytest.mark.parametrize("seed", range(602, 605))
+def test_two_points_on_a_spiky_sphere(seed: int) -> None:
+    """The mean of two points is the middle of their shortest path, also among vertices with angles far from 2π."""
+    rng = np.random.default_rng(seed)
+    ball = icosphere(2)
+    mesh = TriangleMesh(ball.vertices * rng.uniform(1, 2.5, (ball.n_vertices, 1)), ball.faces)
+    solver = ExactDistance(mesh)
+    for a, b in rng.choice(mesh.n_vertices, (12, 2), replace=False).tolist():
+        distance = solver.from_vertices([a])["distance"][b]
+        assert karcher_mean(mesh, vertex_points(mesh, [a, b])).value == pytest.approx(distance**2 / 2, rel=1e-3)

@@ -482,3 +482,5 @@ def test_a_field_that_is_zero_on_the_mesh(folder: Path) -> None:
     answers = [run("advect", "flat.off", "--steps", "2", "--no-png", "--field", f"rotation:{axis}") for axis in "xz"]
     assert [answer.exit_code for answer in answers] == [0, 0]
     assert ["nothing moves" in answer.output for answer in answers] == [True, False]
+    answers = [run("fluid", "flat.off", "--steps", "2", "--no-png", "--init", f"rotation:{axis}") for axis in "xz"]
+    assert ["nothing moves" in answer.output for answer in answers] == [True, False]

@@ -84,7 +84,9 @@ def test_one_size() -> None:
     swirling = film(moment(0.5, SPIN, 0.0), moment(0.5, SPIN, BALL.vertices[:, 1]))
     still = film(moment(0.5, SPIN, 0.0), moment(0.6, SPIN, 0.0))
     rest = film(moment(0.5, REST, 0.0))
-    for pictures, count_ in ((plain, 1), (swirling, 2), (still, 2), (rest, 1)):
+    noise = 1e-13 * BALL.vertices[:, 1]
+    rounding = film(moment(0.5, 1e-14 * SPIN, noise), moment(0.5, 1e-14 * SPIN, noise, time=1.0))
+    for pictures, count_ in ((plain, 1), (swirling, 2), (still, 2), (rest, 1), (rounding, 1)):
         assert len({picture.shape for picture in pictures}) == 1
         assert pictures[0].shape[1:] == (count_ * PANEL_WIDTH, 3)
 
