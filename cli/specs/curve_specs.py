@@ -18,8 +18,9 @@ if TYPE_CHECKING:
 
 CURVE_HELP = (
     "a file of polylines on or near the surface: .vtp, .obj with l elements, .csv with the columns x, y, z and for "
-    "several curves path; boundary (all boundary loops), edges:angle>40 (edges at which faces meet at this angle in "
-    "degrees), or border:FILE:ARRAY (edges between faces, or round vertices, of different labels)"
+    "several curves path, .border of Connectome Workbench; boundary (all boundary loops), edges:angle>40 (edges at "
+    "which faces meet at this angle in degrees), or border:FILE:ARRAY (edges between faces, or round vertices, of "
+    "different labels)"
 )
 _EDGES = re.compile(r"edges:(?:angle[>=])?(\d+\.?\d*|\.\d+)")
 
@@ -109,7 +110,7 @@ def _from_file(mesh: "TriangleMesh", path: Path, remarks: list[str], none: "Ints
     from geomhw.io import read_polylines
     from geomhw.mesh.named_points import face_points
 
-    cloud = read_polylines(path)
+    cloud = read_polylines(path, mesh.vertices)
     assert cloud.lines is not None
     columns = {field.name: field.values for field in cloud.fields}
     count = len(cloud.lines) - 1

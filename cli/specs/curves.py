@@ -1,6 +1,7 @@
 """Curves of a file: tables and polylines of points, or lines of points written as sources."""
 
 from collections.abc import Mapping
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,7 +19,8 @@ def read_curves(path: Path, mesh: "TriangleMesh") -> list["SurfacePoints"]:
     """Read the points of each curve of a file.
 
     Tables, .csv, and polylines, .vtp, are as the program writes them; the columns face, b0, b1 and b2, or x, y and z
-    are enough. Other files have a curve per line, written as sources. Raises FormatError for a file without points.
+    are enough. A .border is of Workbench. Other files have a curve per line, written as sources. Raises FormatError for
+    a file without points.
     """
     suffix = path.suffix.lower()
     if suffix == ".csv":
@@ -33,6 +35,15 @@ def read_curves(path: Path, mesh: "TriangleMesh") -> list["SurfacePoints"]:
         if "barycentric" in columns:
             columns |= dict(zip(_WEIGHTS[1:], columns["barycentric"].T, strict=True))
         return _from_columns(path, mesh, columns)
+    if suffix == ".border":
+        from geomhw.io import read_polylines
+        from geomhw.mesh import nearest_points
+
+        cloud = read_polylines(path, mesh.vertices)
+        return [
+            nearest_points(mesh, cloud.points[a:b])
+            for a, b in pairwise([] if cloud.lines is None else cloud.lines.tolist())
+        ]
     return [specs.resolve(mesh) for specs in source_lines(path)]
 
 

@@ -24,7 +24,7 @@ SOURCE_HELP = (
     "coordinates), near:X,Y,Z (the nearest point of the surface), max-y, min-x and so on (the extreme vertex), "
     "boundary (all its vertices), several of these separated by commas, @FILE (a text file of them), "
     "FILE:ARRAY=VALUE (all vertices, or vertices of the faces, where an array has this value), or a curve: curve:FILE "
-    "(polylines of a .vtp, .obj or .csv), curve:boundary, edges:angle>40, border:FILE:ARRAY"
+    "(polylines of a .vtp, .obj, .csv or .border), curve:boundary, edges:angle>40, border:FILE:ARRAY"
 )
 #: Most sources that a report lists, and that a line lists; further ones are only counted.
 MAX_REPORTED, MAX_IN_LINE = 20, 8

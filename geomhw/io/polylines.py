@@ -1,4 +1,4 @@
-"""Reading polylines: VTP, lines of OBJ files, and tables with the columns x, y and z."""
+"""Reading polylines: VTP, lines of OBJ files, tables with the columns x, y and z, and borders of Workbench."""
 
 from pathlib import Path
 
@@ -7,17 +7,18 @@ import numpy as np
 from geomhw.arrays import Floats
 from geomhw.errors import FormatError
 from geomhw.io.artifacts.tables import read_csv
-from geomhw.io.file_content import read_lines
+from geomhw.io.file_content import read_bytes, read_lines
+from geomhw.io.formats.border_read import read_border
 from geomhw.io.reading import read_cloud
 from geomhw.results import Cloud, Field
 
 #: Extensions of files of polylines.
-POLYLINES = (".vtp", ".obj", ".csv")
+POLYLINES = (".vtp", ".obj", ".csv", ".border")
 #: Names of columns that number the curve of a row.
 _CURVE = ("path", "id", "curve", "line")
 
 
-def read_polylines(path: str | Path) -> Cloud:
+def read_polylines(path: str | Path, vertices: Floats | None = None) -> Cloud:
     """Read polylines with their points in order.
 
     Parameters
@@ -54,6 +55,8 @@ def read_polylines(path: str | Path) -> Cloud:
         return _from_obj(path)
     if extension == ".csv":
         return _from_table(path)
+    if extension == ".border" and vertices is not None:
+        return read_border(path.name, read_bytes(path), vertices)
     raise FormatError(f"{path}: curves are read from {' '.join(POLYLINES)}, not from '{extension}'")
 
 

@@ -18,7 +18,7 @@ from numpy.polynomial.legendre import legval
 
 from geomhw.arrays import Floats
 from geomhw.geodesic import ExactDistance
-from geomhw.io import read, read_field, write
+from geomhw.io import read, read_field, read_polylines, write
 from geomhw.mesh import TriangleMesh
 from geomhw.results import Field, Result
 from geomhw.scalars import diffusion_time, local_extrema
@@ -135,6 +135,28 @@ def extrema(b: Bench) -> None:
     b.row("-metric-extrema", f"wrong of {int(np.abs(marks).sum())}", (wrong[0], wrong[1]), seconds)
 
 
+def border(b: Bench) -> None:
+    """Length of the border of a disc: the sum of the lengths of its segments."""
+    b.run(GEOMHW, "rois", "s.surf.gii", "--center", "100", "--radius", str(LIMIT), "-o", "r.func.gii", "--no-png", "-q")
+    for file in ("s.surf.gii", "r.func.gii"):
+        b.run("wb_command", "-set-structure", file, "CORTEX_LEFT")
+    b.run("wb_command", "-metric-rois-to-border", "s.surf.gii", "r.func.gii", "disc", "b.border")
+    curve = read_polylines(b.folder / "b.border", b.mesh.vertices)
+    inside = np.setdiff1d(np.arange(1, len(curve.points)), curve.lines)
+    exact = np.linalg.norm(curve.points[inside] - curve.points[inside - 1], axis=1).sum()
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    command = ["wb_command", "-border-length", "b.border", "s.surf.gii"]
+    theirs = subprocess.run(command, cwd=b.folder, check=True, capture_output=True, text=True).stdout
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    seconds = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    ours = b.run(GEOMHW, "split", "s.surf.gii", "--curve", "b.border", "-o", "g.vtp", "--no-png", "-q")
+    cut = read(b.folder / "g.vtp")
+    table = cut.mesh.edge_table
+    length = cut.mesh.edge_lengths[table.face_counts == 1].sum() / 2
+    errors = [100 * abs(value / exact - 1) for value in (float(theirs.rsplit(":", 1)[1]), length)]
+    b.row("-border-length", "error, %", (errors[0], errors[1]), (seconds, ours))
+
+
 def on_a_sphere(b: Bench, mesh: TriangleMesh) -> None:
     """Gradient and smoothing against formulas, on a sphere of 100 units with these faces."""
     points = mesh.vertices / np.linalg.norm(mesh.vertices, axis=1)[:, None]
@@ -187,7 +209,7 @@ def main() -> None:
     for name, mesh, sphere in surfaces:
         with tempfile.TemporaryDirectory() as folder:
             bench = Bench(name, mesh, Path(folder))
-            for part in (distances, disks, extrema, all_to_all):
+            for part in (distances, disks, extrema, border, all_to_all):
                 part(bench)
             on_a_sphere(bench, sphere)
 

@@ -14,7 +14,7 @@ from geomhw.errors import FieldError
 from geomhw.io import read_field
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from support.messages import missing
-from support.neuro_files import FACES, LABEL_TEXT, POINTS, labels, metric, quads, surface
+from support.neuro_files import FACES, LABEL_TEXT, POINTS, border_text, labels, metric, quads, surface
 
 CORPUS = Path(__file__).parents[1] / "fuzz" / "corpus"
 TEXT = (CORPUS / "gii" / "ASCII.gii").read_bytes()
@@ -106,3 +106,26 @@ def test_arrays_are_named(image: Callable[[], object], key: str, words: str, tmp
     with pytest.raises(FieldError) as caught:
         read_field(f"{tmp_path}/a.func.gii{key}", TriangleMesh(POINTS, FACES))
     assert not missing(str(caught.value), words)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        (border_text().replace('Version="3"', 'Version="1"'), "version 1 ... -border-merge"),
+        (border_text().replace('Vertices="4"', 'Vertices="5"'), "surface of 5 vertices ... mesh has 4"),
+        (border_text().replace("BorderFile", "Borders"), "no border file ... Borders"),
+        (border_text("0 1 4", "1 1 1"), "damaged ... vertex 4"),
+        (border_text("0 1 -1", "1 1 1"), "damaged ... vertex -1"),
+        (border_text("0 1 2", "0.5 -0.5 1"), "damaged ... negative"),
+        (border_text("0 1 2", "0 0 0"), "damaged ... all zero"),
+        (border_text("0 1 2", "nan 0 1"), "damaged ... not finite"),
+        (border_text("0 1", "0 0"), "three for each point"),
+        (border_text("0 1 2", "1 1 1\n1 1 1"), "1 points and 2 weights"),
+        (border_text("0 1 x", "1 1 1"), "damaged ... not a number"),
+        (border_text()[:300], "damaged"),
+        ('<BorderFile Version="3" SurfaceNumberOfVertices="4"/>', "holds no border"),
+    ],
+)
+def test_borders_are_refused(text: str, words: str) -> None:
+    """Borders of another version or surface, and damaged ones, are refused with the reason."""
+    assert not missing(feed("border", text.encode()) or "", words)

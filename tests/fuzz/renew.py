@@ -251,6 +251,9 @@ def neuro() -> None:
     freesurfer.write_morph_data(_folder("curv") / "lh.thickness", values, fnum=2)
     (_folder("curv") / "old").write_bytes(b"\0\0\4\0\0\2" + (values * 100).astype(">i2").tobytes())
     neuro_files.save_annot(_folder("annot") / "lh.annot")
+    for closed in (False, True):
+        text = neuro_files.border_text("0 1 2\n1 2 3\n2 3 0", "0.5 0.25 0.25\n0 1 1\n1 0 0", closed)
+        (_folder("border") / f"closed_{closed}.border").write_text(text)
     (_folder("label") / "lh.label").write_bytes(neuro_files.LABEL_TEXT)
     for kind in ("mgh", "mgz"):
         neuro_files.save_overlay(_folder(kind) / f"a.{kind}", np.stack([values, 2 * values]))

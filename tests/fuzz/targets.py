@@ -22,6 +22,7 @@ from geomhw.io import (
     read_field,
     read_json,
     read_png,
+    read_polylines,
     read_series,
 )
 from geomhw.io.formats import meshio_worker
@@ -65,6 +66,10 @@ def _matrices(path: Path) -> object:
     return compare_matrices(found, found, Tolerance(), Ignored())
 
 
+def _border(path: Path) -> object:
+    return read_polylines(path, SQUARE.vertices)
+
+
 def _document(path: Path) -> object:
     found = read_json(path)
     return compare_documents(found, found, Tolerance(), Ignored())
@@ -75,6 +80,7 @@ TARGETS: dict[str, tuple[str, Target]] = {
     **{extension[1:]: (extension, read) for extension in READABLE if extension not in FORMATS},
     **{extension[1:]: (extension, _external) for extension in FORMATS},
     "cloud": (".vtp", read_cloud),
+    "border": (".border", _border),
     "series": (".pvd", read_series),
     "table": (".csv", read_csv),
     "columns": (".csv", _field(":x,y")),

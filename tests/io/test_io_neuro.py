@@ -1,5 +1,6 @@
 """Files of neuroimaging: GIFTI and FreeSurfer, read as nibabel reads them, and GIFTI written for Workbench."""
 
+import json
 from pathlib import Path
 
 import nibabel
@@ -10,7 +11,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 from nibabel.freesurfer import io as freesurfer
 
-from geomhw.io import read, read_field, write, writing_remarks
+from geomhw.io import read, read_field, read_polylines, write, writing_remarks
 from geomhw.mesh.primitives import icosphere
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.results import Field, Result
@@ -20,6 +21,7 @@ from support.neuro_files import (
     LABELS,
     NAMES,
     POINTS,
+    border_text,
     labels,
     metric,
     quads,
@@ -201,3 +203,34 @@ def test_labels_without_names_get_some(tmp_path: Path) -> None:
     assert [label.alpha for label in table.labels] == [0, 1, 1]
     write(Result(SQUARE, [Field("cell", "vertex", np.array([1, 1, 2, 1]))]), tmp_path / "b.label.gii")
     assert nibabel.load(tmp_path / "b.label.gii").labeltable.get_labels_as_dict()[0] == "???"
+
+
+def test_borders_of_workbench(tmp_path: Path) -> None:
+    """Points lie between three vertices by their weights; a closed border ends where it starts."""
+    for closed in (False, True):
+        (tmp_path / "a.border").write_text(border_text(closed=closed))
+        found = read_polylines(tmp_path / "a.border", POINTS)
+        expected = [POINTS[:3].T @ [0.5, 0.25, 0.25], (POINTS[2] + POINTS[3]) / 2]
+        np.testing.assert_allclose(found.points, [*expected, expected[0]] if closed else expected)
+        assert found.lines is not None
+        assert found.lines.tolist() == [0, 3 if closed else 2]
+
+
+def test_a_mesh_is_cut_along_a_border(folder: Path) -> None:
+    """A border round a vertex of a sphere, through the middles of its edges, cuts a disc off."""
+    ball = icosphere(2)
+    save_off(ball, "ball.off")
+    fan = np.flatnonzero((ball.faces == 0).any(axis=1))
+    rim = {int(b): int(c) for a, b, c in (np.roll(f, -int(np.flatnonzero(f == 0)[0])) for f in ball.faces[fan])}
+    order = [next(iter(rim))]
+    while len(order) < len(rim):
+        order.append(rim[order[-1]])
+    rows = "\n".join(f"0 {v} {v}" for v in order)
+    text = border_text(rows, "\n".join(["1 1 0"] * len(order)), closed=True).replace('Vertices="4"', 'Vertices="162"')
+    (folder / "a.border").write_text(text)
+    answer = run("split", "ball.off", "--curve", "a.border", "--no-png", "-o", "cut.vtp", "--json")
+    report = json.loads(answer.stdout)
+    middles = (ball.vertices[0] + ball.vertices[order]) / 2
+    length = np.linalg.norm(middles - np.roll(middles, 1, axis=0), axis=1).sum()
+    assert report["cut"]["length"] == pytest.approx(length, rel=1e-12)
+    assert [piece["euler_characteristic"] for piece in report["pieces"]] == [1, 1]

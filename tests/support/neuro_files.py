@@ -65,3 +65,15 @@ def quads(mark: bytes = b"\xff\xff\xff") -> bytes:
 
 
 LABEL_TEXT = b"#!ascii label  , from subject s vox2ras=TkReg\n2\n1  1.0 0.0 0.0 0.25\n3  0.0 1.0 0.5 -2.0\n"
+
+
+def border_text(vertices: str = "0 1 2\n1 2 3", weights: str = "0.5 0.25 0.25\n0 1 1", closed: bool = False) -> str:
+    """A border as Workbench writes it, on a surface of four vertices."""
+    return (
+        '<?xml version="1.0" encoding="UTF-8"?>\n'
+        '<BorderFile Version="3" Structure="CORTEX_LEFT" SurfaceNumberOfVertices="4">\n'
+        "<MetaData><MD><Name>by</Name><Value>x</Value></MD></MetaData>\n"
+        f'<Class Name="a" Red="0" Green="0" Blue="0"><Border Name="b" Red="1" Green="0" Blue="0"><BorderPart '
+        f'Closed="{closed}"><Vertices>{vertices}</Vertices><Weights>{weights}</Weights></BorderPart></Border></Class>\n'
+        "</BorderFile>\n"
+    )
