@@ -212,8 +212,8 @@ def voronoi(case: Case) -> Answer:
 
 
 def center(case: Case) -> Answer:
-    """Sum of the squared distances from the mean of two points."""
-    found = karcher_mean(case.mesh, vertex_points(case.mesh, [case.source, case.target]))
+    """Sum of the squared distances from the mean of three points."""
+    found = karcher_mean(case.mesh, vertex_points(case.mesh, [case.source, *case.corners[:2]]))
     return {"sum": (np.array([found.value]), "mesh", case.size**2)}
 
 
