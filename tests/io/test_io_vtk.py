@@ -282,3 +282,34 @@ def test_a_piece_has_the_points_that_it_announces(tmp_path, count):
     path.write_bytes(path.read_bytes().replace(b'NumberOfPoints="4"', f'NumberOfPoints="{count}"'.encode()))
     with pytest.raises(FormatError, match=rf"{count} points, but coordinates of 4|4 rows where the file has {count}"):
         read(path)
+
+
+@pytest.mark.parametrize(("kind", "nodes"), [(22, 6), (34, 7), (23, 8), (28, 9)])
+@pytest.mark.parametrize("extension", ["vtk", "vtu"])
+def test_faces_of_second_order(tmp_path, kind, nodes, extension):
+    """Faces with nodes on their sides are divided at the nodes, between others; cell arrays follow."""
+    corners = np.array([[0, 0, 0], [2, 0, 0], [2, 2, 0], [0, 2, 0]][: 3 if nodes < 8 else 4], float)
+    middles = (corners + np.roll(corners, -1, axis=0)) / 2
+    points = np.concatenate([corners, middles, corners.mean(axis=0, keepdims=True)])[:nodes]
+    cells = [3, 0, 1, 2, nodes, *range(nodes), 3, 2, 1, 0]
+    grid = pyvista.UnstructuredGrid(cells, [5, kind, 5], np.concatenate([points, [[0, 0, 9]]]))
+    grid.cell_data["k"] = [1, 2, 3]
+    path = tmp_path / f"moo.{extension}"
+    grid.save(path)
+    result = read(path)
+    pieces = result.mesh.face_areas[result["k"] == 2]
+    assert pieces.sum() == pytest.approx(2 if nodes < 8 else 4)
+    assert result["k"].tolist() == [1, *[2] * len(pieces), 3]
+    assert set(result.mesh.faces[1:-1].ravel().tolist()) == set(range(nodes))
+    assert (result.mesh.area_vectors[1:-1, 2] > 0).all()
+
+
+def test_nodes_of_second_order_are_counted(tmp_path):
+    """A face of second order with another number of nodes is refused."""
+    path = tmp_path / "moo.vtk"
+    grid = pyvista.UnstructuredGrid([6, *range(6)], [22], np.eye(6, 3))
+    grid.save(path, binary=False)
+    text = path.read_text()
+    path.write_text(text.replace("CELL_TYPES 1\n22", "CELL_TYPES 1\n23"))
+    with pytest.raises(FormatError, match="cell 0 has 6 nodes"):
+        read(path)

@@ -42,8 +42,8 @@ _Columns = dict[str, NDArray[Any] | _Lists]
 
 def read_ply(name: str, data: bytes) -> Result:
     """Return the mesh and its arrays; scalars ``v_x v_y v_z`` become one vector array ``v``."""
-    order, elements, start = read_header(name, data)
     remarks: list[str] = []
+    order, elements, start = read_header(name, data, remarks)
     if order != "ascii":
         buffer = np.frombuffer(data, np.uint8)[start:]
         found, ignored, end = _elements(name, elements, buffer, ORDERS[order], False)
