@@ -111,7 +111,7 @@ def _result(name: str, kind: str, tree: dict[str, Any], binary: bytes | None, fo
     document = _Document(tree, buffers)
     scenes = tree.get("scenes", [])
     roots = scenes[tree.get("scene", 0)].get("nodes", []) if scenes else range(len(tree.get("nodes", ())))
-    _collect(document, [(node, np.eye(4)) for node in roots])
+    _collect(document, [(node, np.eye(4), 1) for node in roots])
     if not document.parts:
         raise FormatError(f"{name} holds no triangles in its scene")
     return build_result(name, kind, _joined(document))
@@ -128,19 +128,19 @@ def _external(name: str, folder: Path | None, uri: str, size: int) -> bytes:
         raise FormatError(f"{name} keeps its data in another file: {error}") from error
 
 
-def _collect(document: _Document, waiting: list[tuple[int, Floats]]) -> None:
-    """Walk over the nodes of the scene."""
+def _collect(document: _Document, waiting: list[tuple[int, Floats, int]]) -> None:
+    """Walk over the nodes of the scene, given the roots with their transforms and their depth, 1."""
     tree, visited = document.tree, 0
     while waiting:
-        number, outer = waiting.pop(0)
-        if number < 0 or (visited := visited + 1) > _MOST:
+        number, outer, depth = waiting.pop(0)
+        if number < 0 or depth > len(tree["nodes"]) or (visited := visited + 1) > _MOST:
             raise ValueError("its nodes form a circle, or are too many")
         node = tree["nodes"][number]
         with np.errstate(all="ignore"):
             place = outer @ _matrix(node)
         if not np.isfinite(place).all():
             raise ValueError(f"the transform of node {number} is not finite")
-        waiting += [(child, place) for child in node.get("children", ())]
+        waiting += [(child, place, depth + 1) for child in node.get("children", ())]
         if "mesh" in node:
             mesh = tree["meshes"][_index(node["mesh"])]
             for primitive in mesh["primitives"]:

@@ -18,7 +18,8 @@ def grid_points(axes: Mapping[str, NDArray[np.floating]], size: NDArray[np.int64
         x, y, z = (axes[axis] for axis in _AXES)
     else:
         origin, spacing = axes.get("ORIGIN", np.zeros(3)), axes.get("SPACING", np.ones(3))
-        x, y, z = (origin[k] + spacing[k] * np.arange(size[k]) for k in range(3))
+        with np.errstate(all="ignore"):  # a spacing that is not finite; the points are checked later
+            x, y, z = (origin[k] + spacing[k] * np.arange(size[k]) for k in range(3))
     return np.stack(np.meshgrid(z, y, x, indexing="ij")[::-1], axis=-1).reshape(-1, 3)
 
 
