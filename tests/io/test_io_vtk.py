@@ -351,7 +351,7 @@ def test_structured_grids_of_a_surface(tmp_path, axes, kind, binary):
         ("3 3 1", "product"),
         ("0 2 2", "damaged"),
         ("3 2", "DIMENSIONS"),
-        ("9" * 30 + " 1 1", "not understood"),
+        ("9" * 30 + " 1 1", "damaged"),
     ],
 )
 def test_structured_grids_that_are_no_surface(tmp_path, dimensions, words):

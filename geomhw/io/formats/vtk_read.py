@@ -85,10 +85,8 @@ class _LegacyFile:
                 self._skip_words(4)
                 self._size = np.array([int(x), int(y), int(z)])
                 if min(self._size) < 1 or math.prod(self._size.tolist()) > len(self.data):
-                    shown = f"{x} {y} {z}"[:60]
-                    raise FormatError(
-                        f"{self.name} has the dimensions {shown} in {len(self.data)} bytes; it is damaged"
-                    )
+                    size = f"{x} {y} {z}"[:60]
+                    raise FormatError(f"{self.name} has the dimensions {size} in {len(self.data)} bytes; it is damaged")
             case ["ORIGIN" | "SPACING" | "ASPECT_RATIO" as keyword, x, y, z, *_] if self._grid:
                 self._skip_words(4)
                 self._axes[keyword.replace("ASPECT_RATIO", "SPACING")] = np.array([float(x), float(y), float(z)])
