@@ -1,12 +1,18 @@
-"""Lines of a report about the accuracy of distances."""
+"""Accuracy of distances in reports: the errors of matrices, and lines of text."""
 
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from geomhw.wording import counted
 
+if TYPE_CHECKING:
+    from geomhw.geodesic.heat_method import HeatDistance
+    from geomhw_cli.specs.queries import ResolvedQueries
+
 #: Mean and largest relative errors of distances from which the report warns.
 MEAN_WARNED, LARGEST_WARNED = 0.05, 0.1
+#: Sets of sources of a matrix from which distances are compared with exact ones.
+_COMPARED_SETS = 5
 
 
 def accuracy_lines(answers: Mapping[str, Any]) -> list[str]:
@@ -15,9 +21,10 @@ def accuracy_lines(answers: Mapping[str, Any]) -> list[str]:
     if accuracy["exact"]:
         return ["accuracy: exact on the polyhedral surface, up to rounding"]
     if "mean" in accuracy:
-        where = " from the first source" if "of_sources" in accuracy else ""
+        where = f" from {counted(accuracy['sets'], 'source')}" if "sets" in accuracy else ""
         where += f" within {accuracy['within']:.6g} of the source" if "within" in accuracy else ""
         text = f"{accuracy['mean']:.2%} off on average{where}, {accuracy['largest']:.1%} at vertex {accuracy['vertex']}"
+        text += f" from {_named(accuracy['of_sources'])}" if "sets" in accuracy else ""
         off = accuracy["mean"] > MEAN_WARNED or accuracy["largest"] > LARGEST_WARNED
         lines.append(f"warning: distances are {text}; --refine makes them exact" if off else f"accuracy: {text}")
     if cold := answers.get("non_positive_heat"):
@@ -32,3 +39,31 @@ def accuracy_lines(answers: Mapping[str, Any]) -> list[str]:
         instead = "clamped to the straight line to the source" if bounded else "left as they are"
         lines.append(f"warning: {found}, {instead}")
     return lines
+
+
+def _named(sources: list[Any]) -> str:
+    """The one source of a set, or their number."""
+    return str(sources[0]) if len(sources) == 1 and isinstance(sources[0], int) else counted(len(sources), "point")
+
+
+def sampled_errors(solver: "HeatDistance", resolved: "ResolvedQueries", refined: bool) -> dict[str, Any]:
+    """The errors of the distances from a few sets of sources, evenly spread over all sets."""
+    import numpy as np
+
+    from geomhw.geodesic.accuracy import distance_errors
+    from geomhw.mesh.named_points import vertex_points
+
+    if refined:
+        return {"exact": True}
+    mesh = solver.mesh
+    used = np.unique(mesh.faces)
+    count = len(resolved.sets) if resolved.sets else len(used)
+    chosen = np.unique(np.linspace(0, count - 1, _COMPARED_SETS).astype(int)).tolist()
+    sets = [resolved.sets[k] if resolved.sets else vertex_points(mesh, used[[k]]) for k in chosen]
+    found = [distance_errors(mesh, points, row) for points, row in zip(sets, solver.rows(sets), strict=True)]
+    compared = sum(errors["vertices"] for errors in found if errors)
+    if not compared:
+        return {"exact": False}
+    k = max(range(len(found)), key=lambda k: found[k].get("largest", -1.0))
+    mean = sum(errors["mean"] * errors["vertices"] for errors in found if errors) / compared
+    return {"exact": False, "sets": len(sets), "of_sources": sets[k].report(), **found[k], "mean": mean}

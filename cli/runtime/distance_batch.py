@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from geomhw.wording import counted
-from geomhw_cli.runtime.accuracy import accuracy_lines
+from geomhw_cli.runtime.accuracy import accuracy_lines, sampled_errors
 from geomhw_cli.runtime.distance_files import (
     EXTENSIONS,
     file_chunks,
@@ -33,7 +33,6 @@ from geomhw_cli.specs.shards import WHOLE, ShardPart
 
 if TYPE_CHECKING:
     from geomhw.arrays import Floats
-    from geomhw.geodesic.heat_method import HeatDistance
     from geomhw.geodesic.label_groups import LabelGroups
     from geomhw.io.artifacts.resumable_file import Place, ResumableFile, Written
     from geomhw.mesh.triangle_mesh import TriangleMesh
@@ -105,7 +104,7 @@ def compute_distances(
         **({"limit": limit} if (limit := method.settings.get("limit", inf)) < inf else {}),
     }
     if isinstance(solver, HeatDistance) and not job.quiet:
-        report["accuracy"] = _accuracy(solver, resolved, report["refined"])
+        report["accuracy"] = sampled_errors(solver, resolved, report["refined"])
     lines = [
         f"sources: {report['queries']}" + (f", of which {resumed} were there" if resumed else ""),
         *shard.lines(),
@@ -266,18 +265,6 @@ def _finish(
         return found
     unfinished.discard()
     return found
-
-
-def _accuracy(solver: "HeatDistance", resolved: ResolvedQueries, refined: bool) -> dict[str, Any]:
-    """The errors of the distances from the first sources that lie on the surface."""
-    from geomhw.geodesic.accuracy import distance_errors
-    from geomhw.mesh.named_points import vertex_points
-
-    if refined:
-        return {"exact": True}
-    mesh = solver.mesh
-    points = resolved.sets[0] if resolved.sets else vertex_points(mesh, [int(mesh.faces.min())])
-    return {"exact": False, "of_sources": points.report(), **distance_errors(mesh, points, solver.rows([points])[0])}
 
 
 def _check_files(job: Job, queries: DistanceQueries, extensions: list[str], shard: ShardPart) -> None:

@@ -4,6 +4,7 @@ Mitchell, Mount, Papadimitriou: The Discrete Geodesic Problem. SIAM J. Comput. 1
 """
 
 from dataclasses import replace
+from heapq import heappop, heappush
 
 import numpy as np
 
@@ -21,6 +22,9 @@ from geomhw.mesh.named_points import face_points, vertex_points
 from geomhw.mesh.surface_points import SurfacePoints, concatenate
 from geomhw.mesh.topology import vertex_components
 from geomhw.mesh.triangle_mesh import TriangleMesh
+
+#: Length, in mean edge lengths, of edges that join vertices in one place.
+_ONE_PLACE = 1e-4
 
 
 class ShortestPaths:
@@ -156,8 +160,8 @@ class _Points:
 
 
 def _in_one_place(mesh: TriangleMesh, vertices: Ints) -> Ints:
-    """Add the vertices that edges of zero length join to given ones: a path may arrive through any of them."""
-    joined_edges = mesh.edges[mesh.edge_lengths == 0]
+    """Add the vertices that very short edges join to given ones: a path may arrive through any of them."""
+    joined_edges = mesh.edges[mesh.edge_lengths <= _ONE_PLACE * mesh.mean_edge_length]
     if not len(joined_edges):
         return vertices
     label = vertex_components(joined_edges, mesh.n_vertices)
@@ -182,22 +186,21 @@ def traced_path(solver: ExactDistance, arrivals: Arrivals, v: int, ties: bool = 
         found = _traced(surface, arrivals, v)
         if not found or found[1] in passed:
             found = _beside(surface, arrivals, v, passed)
-        assert found, f"the straight line to vertex {v} is lost"
-        strip, origin = found
-        line = straightened(surface, strip)
-        tied = ties and not parts and is_tied(surface, arrivals, v, line, origin, _traced)
-        parts.append(replace(path_in_strip(solver.mesh, *line), tied=tied))
-        v = origin
+        for strip, origin in [found] if found else _along_edges(surface, arrivals, v):
+            line = straightened(surface, strip)
+            tied = ties and not parts and is_tied(surface, arrivals, v, line, origin, _traced)
+            parts.append(replace(path_in_strip(solver.mesh, *line), tied=tied))
+            v = origin
     return joined(parts[::-1])
 
 
-def _traced(surface: Surface, arrivals: Arrivals, v: int) -> tuple[Strip, int] | None:
-    """Return the last straight line to v by tracing it back; None if rounding loses it."""
+def _traced(surface: Surface, arrivals: Arrivals, v: int, along_edges: bool = True) -> tuple[Strip, int] | None:
+    """Return the last straight line to v, perhaps along an edge, by tracing it back; None if rounding loses it."""
     h, t, d = int(arrivals.halfedge[v]), arrivals.entry[v], arrivals.distance
     origin = int(arrivals.origin[v])
     if h < 0:
         return _edge(surface, origin, v), origin
-    if (end := arrivals.along_edge(surface, v)) is not None:
+    if along_edges and (end := arrivals.along_edge(surface, v)) is not None:
         return _edge(surface, end, v), end
     line = np.empty(256, dtype=CROSSING)
     while (count := line_to_origin(surface, h, t, origin, d[v] - d[origin], line)) < 0:
@@ -231,6 +234,32 @@ def _beside(
                     if d[origin] + path.length <= d[v] * (1 + EQUAL):
                         return longer, origin
     return None
+
+
+def _along_edges(surface: Surface, arrivals: Arrivals, v: int) -> list[tuple[Strip, int]]:
+    """Return the edges to v from a vertex whose straight line is found, and that line, where slivers lose the one to v.
+
+    The vertex is the one with the shortest way to the source, among those from which lines lead nearer to it.
+    """
+    d, reached = arrivals.distance, dict[int, int]()
+    waiting = [(d[v], 0.0, v, -1)]
+    while True:
+        _, length, u, before = heappop(waiting)  # the source is in it at last
+        if u in reached:
+            continue
+        reached[u] = before
+        line = _traced(surface, arrivals, u, along_edges=False) if d[u] > 0 else None
+        if d[u] == 0 or (line and d[line[1]] < d[v]):
+            break
+        around = np.unique(surface.faces[surface.corners[surface.starts[u] : surface.starts[u + 1]] // 3])
+        lengths = length + np.linalg.norm(surface.points[around] - surface.points[u], axis=1)
+        for w, far in zip(around.tolist(), lengths.tolist(), strict=True):
+            heappush(waiting, (far + d[w], far, w, u))
+    lines = [line] if line else []
+    while u != v:
+        lines.append((_edge(surface, u, reached[u]), u))
+        u = reached[u]
+    return lines[::-1]
 
 
 def _edge(surface: Surface, u: int, v: int) -> Strip:

@@ -71,9 +71,10 @@ def read(source: str | Path | BinaryIO, extension: str = "") -> Result:
         raise FormatError(f"{path} is empty")
     if extension in FORMATS:
         return _read_as(path.name + extension, data)
-    reader: Callable[[str, bytes], Result] = getattr(formats, f"read_{extension[1:]}")
+    reader: Callable[..., Result] = getattr(formats, f"read_{extension[1:]}")
+    beside = {"folder": path.parent} if extension == ".gltf" and isinstance(source, str | Path) else {}
     try:
-        return reader(path.name, data)
+        return reader(path.name, data, **beside)
     except FormatError:
         if not data.startswith({".gii": GZIP, ".3mf": b"PK"}.get(extension, b"\0\0none")):
             refuse_strangers(path, data)

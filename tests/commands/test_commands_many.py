@@ -11,10 +11,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from geomhw.geodesic import ExactDistance
 from geomhw.geodesic.heat_method import BLOCK, HeatDistance
 from geomhw.io.artifacts.tables import read_csv
 from geomhw.mesh.named_points import face_point, vertex_points
 from geomhw.mesh.primitives import icosphere
+from geomhw.mesh.triangle_mesh import TriangleMesh
 from support.matrix_runs import ALL, MESH, expected, interrupt, stopping
 from support.meshes import two_spheres
 from support.messages import missing
@@ -197,3 +199,24 @@ def test_pairs_with_commas() -> None:
     assert table["source"].tolist() == ["face:17:0.2,0.3,0.5", "3"]
     assert table["target"].tolist() == [5, 7]
     assert Path("P.csv").read_text().startswith('source,target,distance\n"face:17:0.2,0.3,0.5",5,')
+
+
+def test_accuracy_is_that_of_several_sources() -> None:
+    """The errors in the report are those of a few sets of sources spread over all, not of the first alone."""
+    fine, coarse = icosphere(3), icosphere(1)
+    faces = np.concatenate([fine.faces, coarse.faces + fine.n_vertices])
+    mesh = TriangleMesh(np.concatenate([fine.vertices, coarse.vertices + 5]), faces)
+    save_off(mesh, "two.off")
+    sources = [0, 0, 5, fine.n_vertices]
+    Path("sources.txt").write_text("".join(f"{v}\n" for v in sources))
+    answer = run("geodesic", "two.off", "--sources", "sources.txt", "--json", "-o", "D.npy")
+    assert answer.exit_code == 0, answer.output
+    accuracy = json.loads(answer.stdout)["accuracy"]
+    exact = ExactDistance(mesh).rows([vertex_points(mesh, [v]) for v in sources])
+    compared = np.isfinite(exact) & (exact > 0)
+    errors = np.where(compared, np.abs(np.load("D.npy") / np.where(compared, exact, 1) - 1), 0)
+    assert accuracy["sets"] == 4
+    assert accuracy["largest"] == pytest.approx(errors.max())
+    assert accuracy["mean"] == pytest.approx(errors[compared].mean())
+    assert accuracy["of_sources"] == [sources[int(errors.max(axis=1).argmax())]]
+    assert errors[0].max() < errors.max()

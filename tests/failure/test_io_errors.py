@@ -73,6 +73,7 @@ def test_meshio_that_exits_is_caught(tmp_path, capfd, monkeypatch):
         sys.exit(1)
 
     monkeypatch.setattr(meshio, "read", leave)
+    (tmp_path / "moo.msh").write_text("$Nodes\n")
     with pytest.raises(FormatError, match=r"^moo\.msh cannot be read as Gmsh$"):
         extract(tmp_path / "moo.msh", "Gmsh")
     assert capfd.readouterr() == ("", "")

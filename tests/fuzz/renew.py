@@ -102,6 +102,14 @@ def dialects() -> None:
     (_folder("vtk") / "strips.vtk").write_text(polydata + texts_after)
     grid = legacy.format("UNSTRUCTURED_GRID") + "CELLS 3 14\n4 0 1 2 3\n4 0 1 2 3\n3 0 1 2\nCELL_TYPES 3\n10 6 5\n"
     (_folder("vtk") / "volume.vtk").write_text(grid)
+    curved = "CELLS 2 16\n6 0 1 2 3 4 0\n8 0 1 2 3 4 0 1 2\nCELL_TYPES 2\n22 23\n"
+    (_folder("vtk") / "second_order.vtk").write_text(legacy.format("UNSTRUCTURED_GRID") + curved)
+    heights = "POINT_DATA 6\nSCALARS a float\nLOOKUP_TABLE default\n1 2 3 4 5 6\n"
+    head = "# vtk DataFile Version 3.0\nt\nASCII\nDATASET {}\nDIMENSIONS {}\n"
+    image = head.format("STRUCTURED_POINTS", "3 1 2") + "ORIGIN 0 0 1\nSPACING 1 1 2\n"
+    (_folder("vtk") / "image.vtk").write_text(image + heights)
+    axes = "X_COORDINATES 2 float\n0 1\nY_COORDINATES 3 float\n0 1 3\nZ_COORDINATES 1 int\n4\n"
+    (_folder("vtk") / "axes.vtk").write_text(head.format("RECTILINEAR_GRID", "2 3 1") + axes + heights)
     stl = _folder("stl")
     facet = "facet normal 0 0 1\nouter loop\nvertex {}\nvertex {}\nvertex {}\nendloop\nendfacet\n"
     solid = (
@@ -229,6 +237,14 @@ def scenes() -> None:
     for name, mode in (("triangles", 4), ("strip", 5), ("fan", 6)):
         (_folder("gltf") / f"{name}.gltf").write_bytes(scene_files.gltf(mode))
     (_folder("3mf") / "parts.3mf").write_bytes(scene_files.threemf())
+    item = '<item objectid="1" p:path="/b.model"/><item objectid="2" p:path="b.model"/>'
+    parts = '<object id="2"><components><component objectid="1"/></components></object>'
+    files = {
+        "_rels/.rels": f'<Relationship Target="/a.xml" Type="{scene_files.MAIN}"/>',
+        "a.xml": scene_files.model("", item),
+        "b.model": scene_files.model(scene_files.square_object() + parts),
+    }
+    (_folder("3mf") / "files.3mf").write_bytes(scene_files.archive(files))
 
 
 def neuro() -> None:

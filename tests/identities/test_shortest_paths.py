@@ -140,3 +140,22 @@ def test_among_vertices_in_one_place(seed: int) -> None:
         pair = rng.integers(mesh.n_vertices, size=2)
         (path,) = paths.between(vertex_points(mesh, pair[:1]), vertex_points(mesh, pair[1:]))
         assert path.length == pytest.approx(exact.from_vertices(pair[:1])["distance"][pair[1]], abs=1e-12)
+
+
+@pytest.mark.parametrize("noise", [1e-9, 1e-8, 1e-7, 1e-4])
+def test_crowded_poles(noise: float) -> None:
+    """On a globe of rows and columns, whose poles are rows of vertices in nearly one place, paths have their length."""
+    rows, columns = 9, 12
+    south, east = np.meshgrid(np.linspace(0, np.pi, rows), np.linspace(0, 2 * np.pi, columns), indexing="ij")
+    ball = np.stack([np.sin(south) * np.cos(east), np.sin(south) * np.sin(east), np.cos(south)], axis=-1).reshape(-1, 3)
+    points = (ball + noise * np.random.default_rng(0).normal(size=ball.shape)).astype(np.float32).astype(float)
+    first = (np.arange(rows - 1)[:, None] * columns + np.arange(columns - 1)).ravel()
+    quads = first[:, None] + np.array([0, columns, columns + 1, 1])
+    mesh = TriangleMesh(points, np.concatenate([quads[:, [0, 1, 3]], quads[:, [3, 1, 2]]]))
+    poles = np.concatenate([np.arange(columns), mesh.n_vertices - 1 - np.arange(columns)])
+    paths = ShortestPaths(mesh)
+    for source in (0, columns // 2, mesh.n_vertices // 2, mesh.n_vertices - 1):
+        distance = np.asarray(paths.exact().from_sources(vertex_points(mesh, [source]))["distance"])
+        targets = np.setdiff1d(poles, source)
+        found = paths.between(*(vertex_points(mesh, ids) for ids in ([source] * len(targets), targets)))
+        np.testing.assert_allclose([path.length for path in found], distance[targets], rtol=1e-6, atol=1e-6)

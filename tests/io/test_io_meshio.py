@@ -36,6 +36,43 @@ def test_through_meshio_in_file_order(tmp_path, capfd, extension):
     assert capfd.readouterr() == ("", "")
 
 
+def test_faces_of_second_order(tmp_path):
+    """Faces with nodes on their sides are divided at the nodes; each piece has the values of its face."""
+    path = tmp_path / "moo.msh"
+    points = np.array(
+        [[0, 0, 0], [2, 0, 0], [2, 2, 0], [0, 2, 0], [1, 0, 1], [2, 1, 0], [1, 1, 0], [0, 1, 0], [1, 2, 0]]
+    )
+    cells = [("triangle6", [[0, 1, 2, 4, 5, 6]]), ("triangle", [[0, 2, 3]])]
+    meshio.Mesh(points, cells, cell_data={key: [[7], [8]] for key in ("gmsh:physical", "gmsh:geometrical")}).write(
+        path, file_format="gmsh22"
+    )
+    result = read(path)
+    assert result.mesh.faces.tolist() == [[0, 4, 6], [4, 1, 5], [6, 5, 2], [4, 5, 6], [0, 2, 3]]
+    assert result["gmsh:physical"].tolist() == [7, 7, 7, 7, 8]
+    assert "1 face of second order" in result.report["remarks"][0]
+
+
+@pytest.mark.parametrize(("kind", "nodes"), [("triangle6", 6), ("quad8", 8), ("quad9", 9)])
+def test_pieces_of_second_order(kind, nodes):
+    """Pieces cover the face once, with its orientation, and use all nodes."""
+    corners = np.array([[0, 0], [2, 0], [2, 2], [0, 2]][: 3 if nodes < 8 else 4], float)
+    middles = (corners + np.roll(corners, -1, axis=0)) / 2
+    points = np.concatenate([corners, middles, corners.mean(axis=0, keepdims=True)])[:nodes]
+    result = build_result("moo", "a", surface("moo", meshio.Mesh(points, [(kind, [range(nodes)])])))
+    assert (result.mesh.area_vectors[:, 2] > 0).all()
+    assert result.mesh.face_areas.sum() == pytest.approx(2 if nodes < 8 else 4)
+    assert set(result.mesh.faces.ravel().tolist()) == set(range(nodes))
+
+
+@pytest.mark.parametrize(("start", "version"), [("$NOD\n1\n1 0 0 0\n$ENDNOD\n", "1"), ("$MeshFormat\n3 0 8\n", "3")])
+def test_versions_of_gmsh_are_named(tmp_path, start, version):
+    """Versions of the format that are not read are named."""
+    path = tmp_path / "moo.msh"
+    path.write_text(start)
+    with pytest.raises(FormatError, match=f"version {version} of the format"):
+        read(path)
+
+
 GMSH = """$MeshFormat
 2.2 0 8
 $EndMeshFormat

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import pyvista
 
+from geomhw.errors import FormatError
 from geomhw.io import read, write
 from geomhw.results import Field
 from support.ply_files import BODIES, HEADER, POINTS, SQUARE, load, result_with
@@ -98,3 +99,17 @@ def test_header_of_what_is_written(tmp_path):
         "property double big",
         "property int small",
     ]
+
+
+def test_lines_before_the_elements(tmp_path):
+    """Lines of other words before the elements are left out, with a remark; the first word may be in capitals."""
+    text = "PLY\nformat ascii 1.0\nCreated by hand\nelement vertex 3\nproperty float x\nproperty float y\n"
+    text += "property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n"
+    text += "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"
+    result = read(load(tmp_path, text.encode()))
+    assert result.mesh.n_faces == 1
+    assert "line 3" in result.report["remarks"][0]
+    with pytest.raises(FormatError, match="line 5"):
+        read(load(tmp_path, text.replace("element vertex", "elements vertex").replace("Created", "comment").encode()))
+    with pytest.raises(FormatError, match="line 7"):
+        read(load(tmp_path, text.replace("property float z", "propertx float z").encode()))

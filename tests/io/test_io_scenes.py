@@ -1,5 +1,7 @@
 """Scenes: GLB, glTF and 3MF with transforms, groups and arrays; groups and materials of OBJ."""
 
+import base64
+import json
 from pathlib import Path
 
 import numpy as np
@@ -10,10 +12,21 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
+from geomhw.errors import FormatError
 from geomhw.io import read, read_csv, read_field, write, writing_remarks
 from geomhw.mesh import TriangleMesh
 from geomhw.results import Field, Result
-from support.scene_files import FACES, POINTS, gltf, threemf
+from support.scene_files import (
+    FACES,
+    MAIN,
+    POINTS,
+    TWO_PLACES,
+    archive,
+    gltf,
+    model,
+    square_object,
+    threemf,
+)
 
 CORPUS = Path(__file__).parents[1] / "fuzz" / "corpus"
 FAR = np.array([5, 0, 0])
@@ -72,6 +85,47 @@ def test_3mf_parts(tmp_path: Path) -> None:
     assert (result.mesh.area_vectors[:, 2] > 0).all()
     assert result.report["unit"] == "inch"
     np.testing.assert_array_equal(field(path, "group").values, [0, 0, 1, 1])
+
+
+def test_3mf_with_objects_in_other_files(tmp_path: Path) -> None:
+    """Components and items name objects of other files of the archive, which relationships call the model."""
+    path = tmp_path / "a.3mf"
+    parts = TWO_PLACES[1].replace("<component", '<component p:path="/3D/Objects/Part%201.model"')
+    main = model(f'<object id="2"><components>{parts}</components></object>', TWO_PLACES[0])
+    relation = f"<Relationship Target='/3D/main.xml' Type='{MAIN}' Id='a'/>"
+    other = model('<object id="2"/>' + square_object())
+    files = {"3D/objects/part 1.model": other, "3D/main.xml": main, "_rels/.rels": relation}
+    path.write_bytes(archive(files))
+    result = read(path)
+    np.testing.assert_allclose(result.mesh.vertices, np.concatenate([POINTS + FAR, POINTS * [-1, 1, 1] + [5, 0, 3]]))
+    item = '<item objectid="1" p:path="/3D/objects/part 1.model"/>'
+    path.write_bytes(archive({"3D/3dmodel.model": model("", item), "3D/objects/part 1.model": other}))
+    np.testing.assert_allclose(read(path).mesh.vertices, POINTS)
+
+
+def test_3mf_passes_over_extensions(tmp_path: Path) -> None:
+    """Elements of extensions with the names of core elements, such as the vertices of slices, are no geometry."""
+    path = tmp_path / "a.3mf"
+    slices = '<s:slice xmlns:s="slices"><s:vertex x="1" y="2"/></s:slice>'
+    path.write_bytes(archive({"3D/3dmodel.model": model(square_object() + slices, '<item objectid="1"/>')}))
+    np.testing.assert_allclose(read(path).mesh.vertices, POINTS)
+
+
+def test_gltf_with_a_buffer_beside_it(tmp_path: Path) -> None:
+    """A buffer may be a file named relative to the glTF file, with blanks and letters beyond ASCII escaped."""
+    tree = json.loads(gltf())
+    buffer = base64.b64decode(tree["buffers"][0]["uri"].partition(",")[2])
+    (tmp_path / "data é").mkdir()
+    (tmp_path / "data é" / "a.bin").write_bytes(buffer + b"surplus")
+    path = tmp_path / "a.gltf"
+    path.write_bytes(gltf(buffers=[{"byteLength": len(buffer), "uri": "data%20%C3%A9/a.bin"}]))
+    np.testing.assert_allclose(read(path).mesh.vertices, POINTS * [-1, 1, 1] - [2, 0, 0])
+    with path.open("rb") as stream, pytest.raises(FormatError, match="keeps its data in"):
+        read(stream, ".gltf")
+    for uri, words in (("b.bin", "b.bin: there is no such file"), ("/dev/zero", "keeps its data in /dev/zero")):
+        path.write_bytes(gltf(buffers=[{"byteLength": len(buffer), "uri": uri}]))
+        with pytest.raises(FormatError, match=words):
+            read(path)
 
 
 OBJ = "".join("v {} {} {}\n".format(*point) for point in POINTS.tolist())

@@ -282,3 +282,84 @@ def test_a_piece_has_the_points_that_it_announces(tmp_path, count):
     path.write_bytes(path.read_bytes().replace(b'NumberOfPoints="4"', f'NumberOfPoints="{count}"'.encode()))
     with pytest.raises(FormatError, match=rf"{count} points, but coordinates of 4|4 rows where the file has {count}"):
         read(path)
+
+
+@pytest.mark.parametrize(("kind", "nodes"), [(22, 6), (34, 7), (23, 8), (28, 9)])
+@pytest.mark.parametrize("extension", ["vtk", "vtu"])
+def test_faces_of_second_order(tmp_path, kind, nodes, extension):
+    """Faces with nodes on their sides are divided at the nodes, between others; cell arrays follow."""
+    corners = np.array([[0, 0, 0], [2, 0, 0], [2, 2, 0], [0, 2, 0]][: 3 if nodes < 8 else 4], float)
+    middles = (corners + np.roll(corners, -1, axis=0)) / 2
+    points = np.concatenate([corners, middles, corners.mean(axis=0, keepdims=True)])[:nodes]
+    cells = [3, 0, 1, 2, nodes, *range(nodes), 3, 2, 1, 0]
+    grid = pyvista.UnstructuredGrid(cells, [5, kind, 5], np.concatenate([points, [[0, 0, 9]]]))
+    grid.cell_data["k"] = [1, 2, 3]
+    path = tmp_path / f"moo.{extension}"
+    grid.save(path)
+    result = read(path)
+    pieces = result.mesh.face_areas[result["k"] == 2]
+    assert pieces.sum() == pytest.approx(2 if nodes < 8 else 4)
+    assert result["k"].tolist() == [1, *[2] * len(pieces), 3]
+    assert set(result.mesh.faces[1:-1].ravel().tolist()) == set(range(nodes))
+    assert (result.mesh.area_vectors[1:-1, 2] > 0).all()
+
+
+def test_nodes_of_second_order_are_counted(tmp_path):
+    """A face of second order with another number of nodes is refused."""
+    path = tmp_path / "moo.vtk"
+    grid = pyvista.UnstructuredGrid([6, *range(6)], [22], np.eye(6, 3))
+    grid.save(path, binary=False)
+    text = path.read_text()
+    path.write_text(text.replace("CELL_TYPES 1\n22", "CELL_TYPES 1\n23"))
+    with pytest.raises(FormatError, match="cell 0 has 6 nodes"):
+        read(path)
+
+
+@pytest.mark.parametrize("axes", [(4, 3, 1), (4, 1, 3), (1, 4, 3)])
+@pytest.mark.parametrize("kind", ["points", "rectilinear", "curvilinear"])
+@pytest.mark.parametrize("binary", [True, False])
+def test_structured_grids_of_a_surface(tmp_path, axes, kind, binary):
+    """A structured grid with one point along one axis is a surface of quads, as in VTK."""
+    grid = pyvista.ImageData(dimensions=axes, origin=(1, 2, 3), spacing=(1, 0.5, 2))
+    if kind == "rectilinear":
+        grid = grid.cast_to_rectilinear_grid()
+        grid.x = np.asarray(grid.x) ** 2
+    elif kind == "curvilinear":
+        grid = grid.cast_to_structured_grid()
+        grid.points += np.sin(grid.points[:, [1, 2, 0]])
+    grid["height"] = np.arange(12.0)
+    grid.cell_data["k"] = np.arange(6)
+    path = tmp_path / "moo.vtk"
+    grid.save(path, binary=binary)
+    result = read(path)
+    np.testing.assert_allclose(result.mesh.vertices, grid.points, rtol=1e-6)
+    quads = [grid.get_cell(i).point_ids for i in range(6)]
+    quads = [ids if kind == "curvilinear" else [ids[0], ids[1], ids[3], ids[2]] for ids in quads]
+    for k, quad in enumerate(quads):
+        assert set(result.mesh.faces[result["k"] == k].ravel().tolist()) == set(quad)
+    assert result["height"].tolist() == list(range(12))
+    assert len(result.mesh.faces) == 12
+    edges = np.concatenate([result.mesh.faces[:, [0, 1]], result.mesh.faces[:, [1, 2]], result.mesh.faces[:, [2, 0]]])
+    assert len(np.unique(edges, axis=0)) == len(edges)  # consistently oriented
+
+
+@pytest.mark.parametrize(
+    ("dimensions", "words"),
+    [
+        ("3 2 2", "volume cells"),
+        ("3 1 1", "no faces"),
+        ("3 3 1", "product"),
+        ("0 2 2", "damaged"),
+        ("3 2", "DIMENSIONS"),
+        ("9" * 30 + " 1 1", "damaged"),
+    ],
+)
+def test_structured_grids_that_are_no_surface(tmp_path, dimensions, words):
+    """Structured grids of volume cells or lines, and dimensions that do not fit, are refused."""
+    path = tmp_path / "moo.vtk"
+    count = 12 if dimensions == "3 2 2" else 3
+    points = "\n".join(f"{i} {i * i} 0" for i in range(count))
+    head = f"# vtk DataFile Version 3.0\nmoo\nASCII\nDATASET STRUCTURED_GRID\nDIMENSIONS {dimensions}\n"
+    path.write_text(f"{head}POINTS {count} float\n{points}\n")
+    with pytest.raises(FormatError, match=words):
+        read(path)

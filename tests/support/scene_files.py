@@ -61,19 +61,39 @@ def gltf(mode: int = 4, **changes: object) -> bytes:
     return json.dumps(tree | changes).encode()
 
 
-def threemf(item: str = '<item objectid="2" transform="1 0 0 0 1 0 0 0 1 5 0 0"/>', head: str = "") -> bytes:
-    """An archive with an object of two copies of the square."""
+CORE = "http://schemas.microsoft.com/3dmanufacturing/core/2015/02"
+PRODUCTION = "http://schemas.microsoft.com/3dmanufacturing/production/2015/06"
+MAIN = "http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"
+TWO_PLACES = (
+    '<item objectid="2" transform="1 0 0 0 1 0 0 0 1 5 0 0"/>',
+    '<component objectid="1"/><component objectid="1" transform="-1 0 0 0 1 0 0 0 1 0 0 3"/>',
+)
+
+
+def model(resources: str, build: str = "", head: str = "") -> str:
+    """A file of a 3MF model."""
+    head = f'<?xml version="1.0"?>{head}<model unit="inch" xmlns="{CORE}" xmlns:p="{PRODUCTION}">'
+    return f"{head}<resources>{resources}</resources><build>{build}</build></model>"
+
+
+def square_object() -> str:
+    """The square as object 1 of a 3MF model."""
     vertices = "".join('<vertex x="{}" y="{}" z="{}"/>'.format(*point) for point in POINTS.tolist())
     triangles = "".join('<triangle v1="{}" v2="{}" v3="{}"/>'.format(*face) for face in FACES.tolist())
-    model = (
-        f'<?xml version="1.0"?>{head}<model unit="inch" xmlns="http://schemas.microsoft.com/3dmanufacturing/core/2015/02">'
-        f'<resources><object id="1" name="square"><mesh><vertices>{vertices}</vertices><triangles>{triangles}'
-        "</triangles>"
-        '</mesh></object><object id="2"><components><component objectid="1"/>'
-        '<component objectid="1" transform="-1 0 0 0 1 0 0 0 1 0 0 3"/></components></object></resources>'
-        f"<build>{item}</build></model>"
-    )
+    mesh = f"<mesh><vertices>{vertices}</vertices><triangles>{triangles}</triangles></mesh>"
+    return f'<object id="1" name="square">{mesh}</object>'
+
+
+def archive(files: dict[str, str]) -> bytes:
+    """The bytes of a ZIP archive."""
     stream = io.BytesIO()
-    with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED) as archive:
-        archive.writestr(zipfile.ZipInfo("3D/3dmodel.model"), model)
+    with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED) as packed:
+        for name, text in files.items():
+            packed.writestr(zipfile.ZipInfo(name), text)
     return stream.getvalue()
+
+
+def threemf(item: str = TWO_PLACES[0], head: str = "") -> bytes:
+    """An archive with an object of two copies of the square."""
+    resources = f'{square_object()}<object id="2"><components>{TWO_PLACES[1]}</components></object>'
+    return archive({"3D/3dmodel.model": model(resources, item, head)})

@@ -1,4 +1,4 @@
-"""Reader of glTF 2.0, ``.glb`` and ``.gltf`` with embedded buffers: the triangles of the default scene, in its space.
+"""Reader of glTF 2.0, ``.glb`` and ``.gltf`` with its buffers: the triangles of the default scene, in its space.
 
 Hand-written because trimesh and pygltflib trust the offsets and counts in a file. [glTF 2.0 Specification]
 """
@@ -6,13 +6,16 @@ Hand-written because trimesh and pygltflib trust the offsets and counts in a fil
 import base64
 import json
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
+from urllib.parse import unquote, urlsplit
 
 import numpy as np
 from numpy.typing import NDArray
 
 from geomhw.arrays import Floats, Ints
 from geomhw.errors import FormatError
+from geomhw.io.file_content import read_bytes
 from geomhw.io.formats.build_result import build_result
 from geomhw.io.formats.polygons import Polygons, strip_triangles
 from geomhw.mesh.welding import distinct_points
@@ -52,13 +55,12 @@ class _Document:
 def read_glb(name: str, data: bytes) -> Result:
     """Return the triangles of a binary file."""
     try:
-        size = int.from_bytes(data[8:12], "little")
-        if data[:4] != _MAGIC or int.from_bytes(data[4:8], "little") != 2 or size > len(data):
-            raise ValueError(
-                "it has no header of version 2"
-                if data[:4] != _MAGIC
-                else f"it says {size} bytes, of which {len(data)} are there"
-            )
+        version, size = int.from_bytes(data[4:8], "little"), int.from_bytes(data[8:12], "little")
+        if data[:4] != _MAGIC:
+            raise ValueError("it has no header of GLB")
+        _check_version(name, version)
+        if size > len(data):
+            raise ValueError(f"it says {size} bytes, of which {len(data)} are there")
         chunks: dict[bytes, bytes] = {}
         begin = 12
         while begin + 8 <= size:
@@ -72,12 +74,19 @@ def read_glb(name: str, data: bytes) -> Result:
         raise _damaged(name, error) from error
 
 
-def read_gltf(name: str, data: bytes) -> Result:
-    """Return the triangles of a text file whose buffers are in it."""
+def read_gltf(name: str, data: bytes, folder: Path | None = None) -> Result:
+    """Return the triangles of a text file whose buffers are in it, or in files that it names relative to the folder."""
     try:
-        return _result(name, "glTF", json.loads(data.decode("utf-8-sig")), None)
+        tree = json.loads(data.decode("utf-8-sig"))
+        _check_version(name, int(float(tree["asset"]["version"])))
+        return _result(name, "glTF", tree, None, folder)
     except _DAMAGE as error:
         raise _damaged(name, error) from error
+
+
+def _check_version(name: str, version: int) -> None:
+    if version != 2:
+        raise FormatError(f"{name} is in version {version} of glTF; only version 2 is read: convert it")
 
 
 def _damaged(name: str, error: Exception) -> FormatError:
@@ -85,7 +94,7 @@ def _damaged(name: str, error: Exception) -> FormatError:
     return FormatError(f"{name} is not a whole glTF file: {f'no {reason}' if isinstance(error, KeyError) else reason}")
 
 
-def _result(name: str, kind: str, tree: dict[str, Any], binary: bytes | None) -> Result:
+def _result(name: str, kind: str, tree: dict[str, Any], binary: bytes | None, folder: Path | None = None) -> Result:
     for extension in tree.get("extensionsRequired", ()):
         if extension != "KHR_mesh_quantization" and "compression" in extension:
             raise FormatError(f"{name} is compressed by {extension[:60]}, which is not read; save it without")
@@ -96,31 +105,42 @@ def _result(name: str, kind: str, tree: dict[str, Any], binary: bytes | None) ->
         elif entry["uri"].startswith("data:"):
             buffers.append(base64.b64decode(entry["uri"].partition(",")[2], validate=True))
         else:
-            raise FormatError(f"{name} keeps its data in {entry['uri'][:60]}; save it as one .glb file")
+            buffers.append(_external(name, folder, entry["uri"], _index(entry["byteLength"])))
         if len(buffers[i]) < entry["byteLength"]:
             raise ValueError(f"buffer {i} says {entry['byteLength']} bytes, of which {len(buffers[i])} are there")
     document = _Document(tree, buffers)
     scenes = tree.get("scenes", [])
     roots = scenes[tree.get("scene", 0)].get("nodes", []) if scenes else range(len(tree.get("nodes", ())))
-    _collect(document, [(node, np.eye(4)) for node in roots])
+    _collect(document, [(node, np.eye(4), 1) for node in roots])
     if not document.parts:
         raise FormatError(f"{name} holds no triangles in its scene")
     return build_result(name, kind, _joined(document))
 
 
-def _collect(document: _Document, waiting: list[tuple[int, Floats]]) -> None:
-    """Walk over the nodes of the scene."""
+def _external(name: str, folder: Path | None, uri: str, size: int) -> bytes:
+    """The first bytes of a file that is named relative to the folder of the glTF file."""
+    parts = urlsplit(uri)
+    if folder is None or parts.scheme or parts.netloc or parts.path.startswith(("/", "\\")):
+        raise FormatError(f"{name} keeps its data in {uri[:60]}; save it as one .glb file")
+    try:
+        return read_bytes(folder / unquote(parts.path), limit=size)
+    except FormatError as error:
+        raise FormatError(f"{name} keeps its data in another file: {error}") from error
+
+
+def _collect(document: _Document, waiting: list[tuple[int, Floats, int]]) -> None:
+    """Walk over the nodes of the scene, given the roots with their transforms and their depth, 1."""
     tree, visited = document.tree, 0
     while waiting:
-        number, outer = waiting.pop(0)
-        if number < 0 or (visited := visited + 1) > _MOST:
+        number, outer, depth = waiting.pop(0)
+        if number < 0 or depth > len(tree["nodes"]) or (visited := visited + 1) > _MOST:
             raise ValueError("its nodes form a circle, or are too many")
         node = tree["nodes"][number]
         with np.errstate(all="ignore"):
             place = outer @ _matrix(node)
         if not np.isfinite(place).all():
             raise ValueError(f"the transform of node {number} is not finite")
-        waiting += [(child, place) for child in node.get("children", ())]
+        waiting += [(child, place, depth + 1) for child in node.get("children", ())]
         if "mesh" in node:
             mesh = tree["meshes"][_index(node["mesh"])]
             for primitive in mesh["primitives"]:

@@ -18,8 +18,11 @@ from typing import Any, BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
+from geomhw.arrays import Ints
 from geomhw.errors import FormatError
-from geomhw.io.formats.polygons import Polygons
+from geomhw.io.file_content import read_bytes
+from geomhw.io.formats.polygons import Polygons, plane_pieces
+from geomhw.wording import counted
 
 #: Processor time for any file, in seconds, and for each byte: ten times what meshio takes on its slowest formats.
 SECONDS, SECONDS_A_BYTE = 1.0, 1e-5
@@ -29,6 +32,9 @@ _TOO_MUCH = "it asks for more memory than a file of its size can need"
 #: Sections of Gmsh files beside the geometry, as patterns: data on elements, which meshio reads only if all elements
 #: have them, and groups of elements.
 _GMSH_EXTRAS = ("Element(?:Node)?Data", "(?:Element|Node|ElementNode)Data|Periodic|PhysicalNames|Entities")
+#: Faces of second order, and all faces, by meshio's names.
+_CURVED = ("triangle6", "quad8", "quad9")
+_FACES = re.compile("triangle6?|quad[89]?|polygon.*")
 _VOLUMES = ("tetra", "hexahedron", "wedge", "pyramid", "penta", "polyhedron", "voxel")
 
 
@@ -67,10 +73,19 @@ def extract(path: Path, kind: str) -> Any:
     except (Exception, SystemExit) as error:
         if kind == "Gmsh":
             for sections in _GMSH_EXTRAS:
-                with contextlib.suppress(Exception):
+                with contextlib.suppress(Exception, SystemExit):
                     return _without_sections(path, sections)
         reason = "" if isinstance(error, SystemExit) else " ".join(str(error).split())[:200]
+        if kind == "Gmsh" and (version := _gmsh_version(path)) not in ("2", "2.2", "4", "4.0", "4.1"):
+            reason = f"it is in version {version} of the format; save it in version 2.2 or 4.1"
         raise unreadable(path, kind, reason) from error
+
+
+def _gmsh_version(path: Path) -> str:
+    """The version of the format of a Gmsh file; files of version 1 do not name it."""
+    start = read_bytes(path, limit=1 << 10)
+    found = re.search(rb"\$MeshFormat\s+(\d[\d.]{,9})", start)
+    return found[1].decode() if found else "1" if re.match(rb"\s*\$(?:NOD|PTS)\b", start) else "2"
 
 
 def _without_sections(path: Path, sections: str) -> Any:
@@ -104,7 +119,7 @@ def _meshio_mesh(path: Path) -> Any:
 
 def surface(name: str, mesh: Any) -> Polygons:
     """Return the triangles, quads and polygons of meshio's mesh in file order, with arrays that all of them have."""
-    faces = [i for i, block in enumerate(mesh.cells) if re.fullmatch("triangle|quad|polygon.*", block.type)]
+    faces = [i for i, block in enumerate(mesh.cells) if _FACES.fullmatch(block.type)]
     ignored = sorted({block.type for i, block in enumerate(mesh.cells) if i not in faces})
     if not faces:
         kinds = ", ".join(ignored)
@@ -114,21 +129,37 @@ def surface(name: str, mesh: Any) -> Polygons:
     blocks = [np.asarray(mesh.cells[i].data) for i in faces]
     if any(block.ndim != 2 or block.dtype.kind not in "iu" for block in blocks):
         raise FormatError(f"{name} holds faces without corners")
+    types = [mesh.cells[i].type for i in faces]
+    pieces = [_pieces(block, kind) for block, kind in zip(blocks, types, strict=True)]
     points = np.asarray(mesh.points, dtype=np.float64)
     if points.ndim != 2 or points.shape[1] not in (2, 3):
         raise FormatError(f"{name} holds points of shape {points.shape}; they need two or three coordinates")
     remarks = [*(mesh.info or {}).get("remarks", ())]
     if any(kind.startswith(_VOLUMES) for kind in ignored):
         remarks.append(f"left out cells that are no faces: {', '.join(ignored)}")
+    if curved := sum(len(block) for block, kind in zip(blocks, types, strict=True) if kind in _CURVED):
+        remarks.append(f"divided {counted(curved, 'face')} of second order into plane pieces at their nodes")
     return Polygons(
         points=np.pad(points, ((0, 0), (0, 3 - points.shape[1]))),  # a flat file has z = 0
-        corners=np.concatenate([block.ravel() for block in blocks]).astype(np.int64),
-        sizes=np.concatenate([np.full(len(block), block.shape[1]) for block in blocks]),
+        corners=np.concatenate([corners for corners, _, _ in pieces]).astype(np.int64),
+        sizes=np.concatenate([sizes for _, sizes, _ in pieces]),
         vertex_arrays=_joined({key: [values] for key, values in mesh.point_data.items()}),
-        face_arrays=_joined({key: [values[i] for i in faces] for key, values in mesh.cell_data.items()}),
+        face_arrays=_joined(
+            {
+                key: [np.asarray(values[i])[origin] for i, (_, _, origin) in zip(faces, pieces, strict=True)]
+                for key, values in mesh.cell_data.items()
+            }
+        ),
         notes={"ignored": ignored} if ignored else {},
         remarks=remarks,
     )
+
+
+def _pieces(block: Ints, kind: str) -> tuple[Ints, Ints, Any]:
+    """Corners, flat, and sizes of the polygons of a block, and the cell of each."""
+    if kind in _CURVED:
+        return plane_pieces(block)
+    return block.ravel(), np.full(len(block), block.shape[1]), slice(None)
 
 
 def _joined(arrays: dict[str, list[Any]]) -> dict[str, NDArray[Any]]:

@@ -30,9 +30,9 @@ class Element:
     properties: list[Property] = field(default_factory=list)
 
 
-def read_header(name: str, data: bytes) -> tuple[str, list[Element], int]:
-    """Return the encoding, the elements, and where the body begins."""
-    if not re.match(rb"ply\s*[\r\n]", data):
+def read_header(name: str, data: bytes, remarks: list[str] | None = None) -> tuple[str, list[Element], int]:
+    """Return the encoding, the elements, and where the body begins; add remarks on lines that are left out."""
+    if not re.match(rb"(?i:ply)\s*[\r\n]", data):
         raise FormatError(f"{name}, line 1: a PLY file starts with 'ply'")
     end = re.search(rb"[\r\n]end_header[ \t]*(\r\n|\n|\r|$)", data)
     if end is None:
@@ -48,11 +48,14 @@ def read_header(name: str, data: bytes) -> tuple[str, list[Element], int]:
                 elements[-1].properties.append(Property(key, _TYPES[kind], _TYPES[count]))
             case ["property", kind, key] if elements and kind in _TYPES:
                 elements[-1].properties.append(Property(key, _TYPES[kind]))
-            case [] | ["ply"] | ["comment" | "obj_info", *_]:
+            case [] | ["ply" | "PLY"] | ["comment" | "obj_info", *_]:
                 pass
-            case _:
-                shown = line.strip()[:60]
-                raise FormatError(f"{name}, line {number}: '{shown}' is not understood in the header of a PLY file")
+            case [key, *_]:
+                shown = f"'{line.strip()[:60]}'"
+                if elements or key in ("element", "property", "format"):
+                    raise FormatError(f"{name}, line {number}: {shown} is not understood in the header of a PLY file")
+                if remarks is not None:
+                    remarks.append(f"left out line {number} of the header, {shown}")
     if order not in ORDERS:
         raise FormatError(f"{name} is in the unknown PLY format '{order}'; known are {', '.join(ORDERS)}")
     return order, elements, end.end()

@@ -42,8 +42,8 @@ _Columns = dict[str, NDArray[Any] | _Lists]
 
 def read_ply(name: str, data: bytes) -> Result:
     """Return the mesh and its arrays; scalars ``v_x v_y v_z`` become one vector array ``v``."""
-    order, elements, start = read_header(name, data)
     remarks: list[str] = []
+    order, elements, start = read_header(name, data, remarks)
     if order != "ascii":
         buffer = np.frombuffer(data, np.uint8)[start:]
         found, ignored, end = _elements(name, elements, buffer, ORDERS[order], False)
@@ -147,8 +147,10 @@ def _result(name: str, found: dict[str, _Columns], ignored: list[str], remarks: 
         polygons, face = _with_strips(polygons, face, _triangles(strips), remarks)
     if not isinstance(polygons, _Lists) or not len(polygons.sizes):
         raise FormatError(f"{name} has no faces: no element 'face' with a list 'vertex_indices'")
+    with np.errstate(invalid="ignore"):  # a signaling NaN
+        points = np.stack([np.asarray(vertex[axis]) for axis in "xyz"], axis=1)
     content = Polygons(
-        points=np.stack([np.asarray(vertex[axis]) for axis in "xyz"], axis=1),
+        points=points,
         corners=polygons.flat if polygons.flat.dtype == np.int32 else polygons.flat.astype(np.int64),
         sizes=polygons.sizes,
         vertex_arrays=_vectors({k: v for k, v in vertex.items() if k not in ("x", "y", "z")}),

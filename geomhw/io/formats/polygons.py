@@ -65,6 +65,29 @@ def strip_triangles(corners: Ints, sizes: Ints) -> tuple[Ints, Ints]:
     )
 
 
+#: Plane pieces of a face with nodes on its sides, by its number of nodes in VTK's order: corners, the middles of the
+#: sides, and for 7 and 9 nodes the center.
+_PIECES = {
+    6: ((0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5)),
+    7: ((0, 3, 6), (3, 1, 6), (1, 4, 6), (4, 2, 6), (2, 5, 6), (5, 0, 6)),
+    8: ((0, 4, 1, 5, 2, 6, 3, 7),),
+    9: ((0, 4, 8, 7), (4, 1, 5, 8), (8, 5, 2, 6), (7, 8, 6, 3)),
+}
+
+
+def plane_pieces(nodes: Ints) -> tuple[Ints, Ints, Ints]:
+    """Return the corners, flat, and sizes of the pieces of faces of second order, and the face of each piece.
+
+    nodes: (k, 6) to (k, 9).
+
+    >>> plane_pieces(np.array([[10, 11, 12, 13, 14, 15]]))[0].tolist()
+    [10, 13, 15, 13, 11, 14, 15, 14, 12, 13, 14, 15]
+    """
+    pieces = np.array(_PIECES[nodes.shape[1]])
+    faces = np.repeat(np.arange(len(nodes)), len(pieces))
+    return nodes[:, pieces].ravel(), np.full(len(faces), pieces.shape[1]), faces
+
+
 def check_indices(corners: Ints, sizes: Ints, n_vertices: int, place: Place) -> None:
     """Raise FormatError if a polygon names a vertex that does not exist."""
     if len(corners) and (corners.min() < 0 or corners.max() >= n_vertices):

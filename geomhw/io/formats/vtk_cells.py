@@ -1,6 +1,6 @@
 """VTK cell types in readers: which are faces of a surface, which are ignored, and which are refused."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 from geomhw.arrays import Floats, Ints
 from geomhw.errors import FormatError
 from geomhw.io.formats.build_result import build_result
-from geomhw.io.formats.polygons import Polygons, ranges, strip_triangles
+from geomhw.io.formats.polygons import Polygons, plane_pieces, ranges, strip_triangles
 from geomhw.results import Result
+from geomhw.wording import counted
 
 #: Cells that are polygons with their corners in order: triangle, polygon, quad.
 POLYGON = 7
@@ -20,8 +21,10 @@ _FACES = (5, POLYGON, 9)
 VERTEX, LINE, STRIP = 2, 4, 6
 #: A quad whose last two corners are exchanged.
 _PIXEL = 8
+#: Faces of second order: triangles of 6 and 7 nodes, quads of 8 and 9, and the number of nodes.
+_CURVED = {22: 6, 34: 7, 23: 8, 28: 9}
 _NAMES = {0: "empty", 1: "vertex", 2: "vertex", 3: "line", 4: "line", 6: "triangle strip", 8: "pixel", 10: "tetra"}
-_NAMES |= {11: "voxel", 12: "hexahedron", 13: "wedge", 14: "pyramid", 21: "quadratic edge", 22: "quadratic triangle"}
+_NAMES |= {11: "voxel", 12: "hexahedron", 13: "wedge", 14: "pyramid", 21: "quadratic edge"}
 #: Cells beside which faces are read.
 _VOLUMES = {10, 11, 12, 13, 14, 15, 16, 24, 25, 26, 27, 29, 32, 33, 42, 71, 72, 73, 74}
 _IGNORED = {0, 1, 2, 3, 4, 21} | _VOLUMES
@@ -100,7 +103,7 @@ def surface(name: str, kind: str, data: Dataset) -> Result:
     sizes = np.concatenate([cells.sizes for cells in data.cells])
     types = np.concatenate([cells.types for cells in data.cells])
     present = types[:1] if (types == types[:1]).all() else np.unique(types)
-    other = ~np.isin(present, (*_FACES, _PIXEL, STRIP))
+    other = ~np.isin(present, (*_FACES, _PIXEL, STRIP, *_CURVED))
     others = {int(t): _NAMES.get(int(t), f"type {t}") for t in present[other]}
     names = ", ".join(dict.fromkeys(others.values()))
     refused = [label for t, label in others.items() if t not in _IGNORED]
@@ -116,6 +119,10 @@ def surface(name: str, kind: str, data: Dataset) -> Result:
     for key, array in data.cell_arrays.items():
         if len(array) != len(types):
             raise FormatError(f"{name}: array '{key}' has {len(array)} rows for {len(types)} cells")
+    for curved in _CURVED.keys() & set(present.tolist()):
+        if (bad := (types == curved) & (sizes != _CURVED[curved])).any():
+            at = int(np.argmax(bad))
+            raise FormatError(f"{name}: cell {at} has {sizes[at]} nodes, but cells of its type have {_CURVED[curved]}")
     cells = np.arange(len(sizes))
     if others or not np.isin(present, _FACES).all():
         corners, sizes, cells = _faces(corners, sizes, types)
@@ -127,21 +134,35 @@ def surface(name: str, kind: str, data: Dataset) -> Result:
         face_arrays={key: array[cells] for key, array in data.cell_arrays.items()},
         mesh_arrays=data.mesh_arrays,
         notes={"ignored": sorted(set(others.values()))} if others else {},
-        remarks=data.remarks + ([f"left out cells that are no faces: {names}"] if others.keys() & _VOLUMES else []),
+        remarks=[*data.remarks, *_remarks(types, names if others.keys() & _VOLUMES else "")],
     )
     return build_result(name, kind, content)
 
 
+def _remarks(types: Ints, left_out: str) -> Iterator[str]:
+    """Remarks on faces of second order and on cells that are left out."""
+    if curved := int(np.isin(types, list(_CURVED)).sum()):
+        yield f"divided {counted(curved, 'face')} of second order into plane pieces at their nodes"
+    if left_out:
+        yield f"left out cells that are no faces: {left_out}"
+
+
 def _faces(corners: Ints, sizes: Ints, types: Ints) -> tuple[Ints, Ints, Ints]:
-    """The faces among cells, in their order, with strips divided into triangles: corners, sizes, cell of each."""
+    """The faces among cells, in their order, with strips and curved faces divided: corners, sizes, cell of each."""
     begins = np.cumsum(sizes) - sizes
     pixels = begins[(types == _PIXEL) & (sizes == 4)]
     corners = corners.copy()
     corners[pixels + 2], corners[pixels + 3] = corners[pixels + 3], corners[pixels + 2]
     strips, plain = np.flatnonzero(types == STRIP), np.flatnonzero(np.isin(types, (*_FACES, _PIXEL)))
     triangles, strip = strip_triangles(corners[ranges(begins[strips], sizes[strips])], sizes[strips])
-    flat = np.concatenate([corners[ranges(begins[plain], sizes[plain])], triangles])
-    counts = np.concatenate([sizes[plain], np.full(len(strip), 3)])
-    cells = np.concatenate([plain, strips[strip]])
+    parts = [
+        (corners[ranges(begins[plain], sizes[plain])], sizes[plain], plain),
+        (triangles, np.full(len(strip), 3), strips[strip]),
+    ]
+    for kind, nodes in _CURVED.items():
+        curved = np.flatnonzero(types == kind)
+        pieces, counts, face = plane_pieces(corners[begins[curved, None] + np.arange(nodes)])
+        parts.append((pieces, counts, curved[face]))
+    flat, counts, cells = (np.concatenate(arrays) for arrays in zip(*parts, strict=True))
     order = np.argsort(cells, kind="stable")
     return flat[ranges((np.cumsum(counts) - counts)[order], counts[order])], counts[order], cells[order]

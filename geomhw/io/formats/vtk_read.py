@@ -1,8 +1,9 @@
-"""Reader of legacy VTK files of polydata and unstructured grids, text and binary, versions 1 to 5.
+"""Reader of legacy VTK files of polydata, unstructured grids and structured grids, text and binary, versions 1 to 5.
 
 Hand-written because VTK reads the index 1.5 as 1 and keeps indices out of range, and meshio reads no polydata.
 """
 
+import math
 import re
 from itertools import islice
 from typing import Any
@@ -16,6 +17,7 @@ from geomhw.errors import FormatError
 from geomhw.io.formats.number_parsing import parse_array
 from geomhw.io.formats.text_file import token_starts
 from geomhw.io.formats.vtk_cells import LINE, POLYGON, STRIP, VERTEX, Cells, Dataset, cells_from_offsets, surface
+from geomhw.io.formats.vtk_structured import grid_points, grid_quads
 from geomhw.results import Result
 
 _TYPES = {"char": "i1", "signed_char": "i1", "unsigned_char": "u1", "short": "i2", "unsigned_short": "u2"}
@@ -26,6 +28,7 @@ _CELLS = {"VERTICES": VERTEX, "LINES": LINE, "POLYGONS": POLYGON, "TRIANGLE_STRI
 _WIDTHS = {"VECTORS": 3, "NORMALS": 3, "TENSORS": 9, "TENSORS6": 6, "GLOBAL_IDS": 1, "PEDIGREE_IDS": 1}
 #: Arrays of these types are left out.
 _TEXTS = ("string", "utf8_string", "variant")
+_STRUCTURED = ("STRUCTURED_GRID", "STRUCTURED_POINTS", "RECTILINEAR_GRID")
 
 
 _HEAD = re.compile(
@@ -47,6 +50,8 @@ class _LegacyFile:
         self.dataset = Dataset()
         self._arrays, self._rows = self.dataset.mesh_arrays, 0
         self._cells: dict[str, Cells] = {}
+        self._grid, self._size = "", np.zeros(3, np.int64)  # kind and dimensions of a structured grid
+        self._axes: dict[str, NDArray[Any]] = {}
         match = _HEAD.match(data)
         if match is None:
             raise FormatError(f"{name} does not start as a legacy VTK file does ('# vtk DataFile Version 3.0')")
@@ -62,14 +67,32 @@ class _LegacyFile:
                 self._read_section(words)
         except (ValueError, IndexError, KeyError) as error:
             raise FormatError(f"{name}, line {self._line()}: not understood as legacy VTK ({error})") from error
+        if self._grid:
+            if self.dataset.points is None and self._size.all():
+                self.dataset.points = grid_points(self._axes, self._size)
+            self._cells = {"CELLS": grid_quads(f"{name}, a {self._grid},", self._size, self.dataset.points)}
         self.dataset.cells = [self._cells[keyword] for keyword in _CELLS if keyword in self._cells]
 
     def _read_section(self, words: list[str]) -> None:
         bytes_or_floats = "float" if self._text else "unsigned_char"
         match [words[0].upper(), *words[1:]]:
             case ["DATASET", kind, *_]:
-                if kind.upper() not in ("POLYDATA", "UNSTRUCTURED_GRID"):
-                    raise FormatError(f"{self.name} holds a {kind}, not polydata or an unstructured grid")
+                if kind.upper() in _STRUCTURED:
+                    self._grid = kind
+                elif kind.upper() not in ("POLYDATA", "UNSTRUCTURED_GRID"):
+                    raise FormatError(f"{self.name} holds a {kind}, not polydata or a grid")
+            case ["DIMENSIONS", x, y, z, *_] if self._grid:
+                self._skip_words(4)
+                self._size = np.array([int(x), int(y), int(z)])
+                if min(self._size) < 1 or math.prod(self._size.tolist()) > len(self.data):
+                    size = f"{x} {y} {z}"[:60]
+                    raise FormatError(f"{self.name} has the dimensions {size} in {len(self.data)} bytes; it is damaged")
+            case ["ORIGIN" | "SPACING" | "ASPECT_RATIO" as keyword, x, y, z, *_] if self._grid:
+                self._skip_words(4)
+                self._axes[keyword.replace("ASPECT_RATIO", "SPACING")] = np.array([float(x), float(y), float(z)])
+            case ["X_COORDINATES" | "Y_COORDINATES" | "Z_COORDINATES" as keyword, count, kind, *_] if self._grid:
+                self._skip_words(3)
+                self._axes[keyword] = self._take(int(count), kind)
             case ["POINTS", count, kind, *_]:
                 self._skip_words(3)
                 self.dataset.points = self._take(3 * int(count), kind).reshape(-1, 3)
