@@ -33,7 +33,7 @@ test: $(VENV)/.developing
 	$(BIN)/python -m compileall -q geomhw cli
 	OPENBLAS_NUM_THREADS=1 LP_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses auto --dist worksteal
 
-# geodesic --engine petsc on 1, 2 and 4 ranks, in an environment that sees Debian's petsc4py, mpi4py and MPI.
+# --engine petsc on 1, 2 and 4 ranks, in an environment that sees Debian's petsc4py, mpi4py and MPI.
 test-mpi: $(MPI)/.developing
 	for ranks in 1 2 4; do \
 	  $(MPIRUN) -n $$ranks $(MPI)/bin/python -m pytest -p no:cacheprovider tests/mpi/ranks || exit 1; done

@@ -113,15 +113,7 @@ from geomhw_cli.specs.sources import SourceSpecs
         options.SOLVER,
         name="method",
     ),
-    OptionGroup(
-        "Method",
-        choice(
-            "--engine",
-            EngineName,
-            "petsc: distribute the mesh over the ranks of mpirun, for meshes beyond the memory of one machine; "
-            "MESH.ply is binary, and -o OUT.pvtu, .pvtp, .vtu, .vtp or .npy. Needs petsc4py and mpi4py.",
-        ),
-    ),
+    OptionGroup("Method", options.ENGINE),
     VECTOR_FILES,
     OptionGroup(
         "Output",

@@ -6,7 +6,7 @@ from typing import Any, get_args
 import click
 from click.core import ParameterSource
 
-from geomhw.options import DEFAULT_COLOR, DEFAULT_DT, DEFAULT_EVERY, DEFAULT_STEPS, SolverName
+from geomhw.options import DEFAULT_COLOR, DEFAULT_DT, DEFAULT_EVERY, DEFAULT_STEPS, EngineName, SolverName
 from geomhw_cli.runtime.memory import COMPUTING, require_memory
 from geomhw_cli.specs.fields import COLOR_HELP, color_files, field_files
 from geomhw_cli.specs.files import FormatName, InputFile, OutputFile, Spec, set_format
@@ -207,6 +207,12 @@ SOLVER = choice(
     SolverName,
     "direct: factorization. multigrid: iteration, faster on large meshes. auto: by the number of vertices, with "
     "factorization if the iteration does not converge.",
+)
+ENGINE = choice(
+    "--engine",
+    EngineName,
+    "petsc: distribute the mesh over the ranks of mpirun, for meshes beyond the memory of one machine; "
+    "MESH.ply is binary, and -o OUT.pvtu, .pvtp, .vtu or .vtp, for distances also .npy. Needs petsc4py and mpi4py.",
 )
 COLOR = option("--color color_spec", "SPEC", Spec(color_files), f"Initial color: {COLOR_HELP}.", default=DEFAULT_COLOR)
 DT = option("--dt", "T", POSITIVE, "Time step.", default=DEFAULT_DT)

@@ -1,11 +1,12 @@
 """``geomhw vecdiffuse``: vector diffusion and parallel transport by the vector heat method."""
 
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from geomhw.options import Connection
+from geomhw.options import Connection, EngineName
 from geomhw.wording import counted
 from geomhw_cli import options
 from geomhw_cli.options import OptionGroup, choice, command, option
@@ -82,6 +83,7 @@ NOT_PASSED = {
         options.SOLVER,
         name="method",
     ),
+    OptionGroup("Method", options.ENGINE),
     VECTOR_FILES,
     options.REPORT,
 )
@@ -90,6 +92,7 @@ def vecdiffuse(
     sources: SourceSpecs,
     start: dict[str, tuple[Any, ...]],
     method: dict[str, Any],
+    engine: EngineName,
     files: dict[str, Any],
     report: dict[str, Any],
 ) -> None:
@@ -103,14 +106,21 @@ def vecdiffuse(
                        transported_0, diffused_1, ...). Field data: dt.
 
     \b
-    Example, for a short and for a long time:
+    Examples, for a short and for a long time, and over MPI ranks:
       geomhw vecdiffuse data/creature.obj --source 0 --angle 30 --dt h2 --dt 100
+      mpirun -n 4 geomhw vecdiffuse huge.ply --source 0 --engine petsc -o out.pvtu
     """
+    if sum(map(bool, start.values())) > 1:
+        raise click.UsageError("--vector, --angle and --seed exclude each other.")
+    if engine == "petsc":
+        from geomhw_cli.runtime.mpi_transport import transport_over_ranks
+
+        given = partial(_vectors, start=start)
+        transport_over_ranks(mesh_path, sources, given, method["times"], files["outputs"], report)
+        return
     from geomhw.render.vector_pictures import transport_picture
     from geomhw.transport.vector_heat import transport_over_times
 
-    if sum(map(bool, start.values())) > 1:
-        raise click.UsageError("--vector, --angle and --seed exclude each other.")
     if method["robust"] and method["connection"] == "intrinsic":
         raise click.UsageError("--robust and --connection intrinsic exclude each other; take --connection normals.")
     job = Job.plan("vecdiffuse", mesh_path, **files, **report)

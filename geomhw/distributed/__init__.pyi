@@ -9,3 +9,7 @@ from .ranks import Ranks as Ranks
 from .ranks import connect as connect
 from .slices import SlicedFile as SlicedFile
 from .slices import open_sliced as open_sliced
+from .source_stars import SourceStars as SourceStars
+from .source_stars import source_stars as source_stars
+from .source_stars import vertex_sources as vertex_sources
+from .vector_heat import distributed_transport as distributed_transport

@@ -16,7 +16,7 @@ from geomhw.distributed.heat_step import heat_step
 from geomhw.distributed.local_mesh import LocalMesh
 from geomhw.distributed.poisson import DirichletProblem, solve_laplace
 from geomhw.distributed.ranks import release_memory
-from geomhw.errors import ArgumentError
+from geomhw.distributed.source_stars import positions, vertex_sources
 from geomhw.geodesic.diffusion_time import TimeStep, given_time
 from geomhw.geodesic.heat_method import bounded
 from geomhw.geodesic.source_conditions import chord_to_points
@@ -66,8 +66,9 @@ def distributed_distance(
     with stage("assembly"):
         operators = assemble(mesh)
         h = operators.mean_edge_length
-        step = _time(time, h)
-        numbers = source_numbers(mesh, sources)
+        step = time_step(time, h)
+        vertex_sources(mesh, sources)
+        numbers = mesh.find(np.unique(sources))
         at = mesh.local(numbers)
     release_memory()
     with stage("paths along edges"):
@@ -92,10 +93,8 @@ def distributed_distance(
         release_memory()
         phi, poisson_report = problem.solve(-div)
         phi[~np.isfinite(paths)] = np.inf
-        positions = mesh.ranks.sum(_positions(mesh, numbers))
-        phi, findings = bounded(
-            phi, paths, paths > 0, lambda low: chord_to_points(mesh.vertices[low], positions), bound
-        )
+        places = positions(mesh, np.unique(sources))
+        phi, findings = bounded(phi, paths, paths > 0, lambda low: chord_to_points(mesh.vertices[low], places), bound)
     report = {
         "sources": sources.tolist(),
         **_extremes(mesh, phi),
@@ -108,24 +107,6 @@ def distributed_distance(
         **_combined(mesh, findings),
     }
     return LocalResult(mesh, {"heat": u.plain, "divergence": div, "distance": phi}, report)
-
-
-def source_numbers(mesh: LocalMesh, sources: Ints) -> Ints:
-    """Return different source vertices, as numbers of the file, in the order of the curve.
-
-    Raises ArgumentError for one that does not exist, or belongs to no face.
-    """
-    n = mesh.n_vertices
-    for outside in sources[(sources < 0) | (sources >= n)][:1]:
-        raise ArgumentError(f"source {outside} is not a vertex: the mesh has {n} (0 to {n - 1})")
-    numbers = mesh.find(np.unique(sources))
-    at = mesh.local(numbers)
-    own = at[at < mesh.n_own]
-    loose = np.setdiff1d(own, mesh.faces)
-    for bad in mesh.ranks.comm.allgather(mesh.part.in_file[loose].tolist()):
-        for vertex in bad[:1]:
-            raise ArgumentError(f"source {vertex} belongs to no face; choose a vertex on the surface")
-    return numbers
 
 
 def extreme_vertex(mesh: LocalMesh, axis: int, sign: int) -> int:
@@ -143,17 +124,9 @@ def _first_largest(mesh: LocalMesh, values: Floats) -> tuple[int, float]:
     return int(mesh.ranks.min(int(vertices.min(initial=mesh.n_vertices)))), largest
 
 
-def _time(asked: str | float, h: float) -> TimeStep:
-    """The diffusion time; ``auto`` is h²."""
+def time_step(asked: str | float, h: float) -> TimeStep:
+    """Return the diffusion time on a mesh of mean edge length h; ``auto`` is h²."""
     return TimeStep(h**2, "auto", "h²") if str(asked).strip() == "auto" else given_time(asked, h)
-
-
-def _positions(mesh: LocalMesh, numbers: Ints) -> Floats:
-    """Coordinates of vertices, (s, 3), zero for those of other ranks."""
-    positions = np.zeros((len(numbers), 3))
-    here = (numbers >= mesh.first) & (numbers < mesh.first + mesh.n_own)
-    positions[here] = mesh.vertices[numbers[here] - mesh.first]
-    return positions
 
 
 def _source_heat(

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from contextlib import suppress
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 import scipy.sparse as sp
@@ -22,10 +22,29 @@ SHARE, TOLERANCE = np.exp(-12.0), 1e-15
 MAX_ROUNDS = 500
 
 
+class Solve(Protocol):
+    """Solves A x = b with x known at held vertices, as `solve_laplace`."""
+
+    def __call__(
+        self,
+        mesh: LocalMesh,
+        matrix: sp.csr_array,
+        rhs: NDArray[Any],
+        held: NDArray[np.bool_],
+        values: NDArray[Any],
+        tolerance: float,
+    ) -> tuple[NDArray[Any], dict[str, Any]]: ...
+
+
 def heat_step(
-    mesh: LocalMesh, assemble: Callable[[], sp.csr_array], impulse: Floats, arrival: Floats, multiple: float
+    mesh: LocalMesh,
+    assemble: Callable[[], sp.csr_array],
+    impulse: NDArray[Any],
+    arrival: Floats,
+    multiple: float,
+    solve: Solve = solve_laplace,
 ) -> tuple[LogValues, dict[str, Any]]:
-    """Solve (M + tS) u = u0, accurate relative to u at each vertex.
+    """Solve (M + tS) u = u0, or (M + tK) u = u0 for complex numbers, accurate relative to u at each vertex.
 
     Parameters
     ----------
@@ -33,6 +52,7 @@ def heat_step(
     impulse : u0, (k,), integrated.
     arrival : (k,), path lengths from the sources over √t; inf where no heat arrives.
     multiple : t/h².
+    solve : solves the system in rounds.
 
     Returns
     -------
@@ -53,14 +73,14 @@ def heat_step(
                 u = sweeps(impulse)
                 return u, {"method": "sweeps", "per_vertex": sweeps.per_vertex, "exchanges": sweeps.sweeps}
         del sweeps
-    return _in_rounds(mesh, assemble(), impulse, np.isfinite(arrival))
+    return _in_rounds(mesh, assemble(), impulse, np.isfinite(arrival), solve)
 
 
 def _in_rounds(
-    mesh: LocalMesh, matrix: sp.csr_array, impulse: Floats, reached: NDArray[np.bool_]
+    mesh: LocalMesh, matrix: sp.csr_array, impulse: NDArray[Any], reached: NDArray[np.bool_], solve: Solve
 ) -> tuple[LogValues, dict[str, Any]]:
     """u by conjugate gradients: each round finds the next twelve decay lengths from those that are known."""
-    values, known = LogValues.of(np.zeros(mesh.n_own)), ~reached
+    values, known = LogValues.of(np.zeros_like(impulse)), ~reached
     iterations: list[int] = []
     for _ in range(MAX_ROUNDS):
         left = mesh.ranks.sum(int((~known).sum()))
@@ -70,10 +90,10 @@ def _in_rounds(
         # Larger values have neighbors that are all known.
         plain = np.where(known & (values.log <= scale), values.sign * np.exp(np.minimum(values.log - scale, 0.0)), 0.0)
         rhs = impulse * np.exp(-scale) if scale > -600.0 else np.zeros_like(impulse)
-        u, solved = solve_laplace(mesh, matrix, rhs, known, plain, tolerance=TOLERANCE)
+        u, solved = solve(mesh, matrix, rhs, known, plain, TOLERANCE)
         iterations.append(solved["iterations"])
         size = np.where(known, 0.0, np.abs(u))
-        new = size > SHARE * mesh.ranks.max(float(size.max(initial=0.0)))
+        new = ~known & (size >= SHARE * mesh.ranks.max(float(size.max(initial=0.0))))
         found = LogValues.of(u[new], -scale)
         values.log[new], values.sign[new] = found.log, found.sign
         known |= new

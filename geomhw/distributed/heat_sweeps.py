@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
+from numpy.typing import NDArray
 
 from geomhw.arrays import Floats, Ints
 from geomhw.compiled import compiled
@@ -66,14 +67,14 @@ class HeatSweeps:
         self._inner.sort_indices()
         self._border = np.flatnonzero(np.diff(self._outer.indptr))
         self._outer = self._outer[self._border]
-        self._diagonal = self._inner.diagonal()
+        self._diagonal = self._inner.diagonal().real
         #: The factor of over-relaxation. It is `MAX_OMEGA` where few rows are diagonally dominant; sweeps may diverge.
         self.omega = self._over_relaxation()
         #: Sweeps so far over windows, each followed by an exchange of values at ghosts.
         self.sweeps, self._updates = 0, 0
 
-    def __call__(self, rhs: Floats) -> LogValues:
-        """Return u, (k,), for b, (k,); zero where no heat arrives.
+    def __call__(self, rhs: NDArray[Any]) -> LogValues:
+        """Return u, (k,), for b, (k,), real or complex as A; zero where no heat arrives.
 
         Raises
         ------
@@ -82,7 +83,7 @@ class HeatSweeps:
         """
         edge = self._ranks.max(self._longest_edge())
         p, w = self._swept(rhs, max(WINDOW, WINDOW_EDGES * edge), max(MARGIN, edge), self.omega)
-        values, found, own = LogValues.of(np.zeros(self._n_own)), LogValues.of(w, p), self._order < self._n_own
+        values, found, own = LogValues.of(np.zeros_like(rhs)), LogValues.of(w, p), self._order < self._n_own
         values.log[self._order[own]], values.sign[self._order[own]] = found.log[own], found.sign[own]
         return values
 
@@ -98,11 +99,11 @@ class HeatSweeps:
             return 0.0
         return float((self._arrival[A.indices] - np.repeat(self._arrival, np.diff(A.indptr))).max(initial=0.0))
 
-    def _swept(self, rhs: Floats, window: float, margin: float, omega: float) -> tuple[Floats, Floats]:
+    def _swept(self, rhs: NDArray[Any], window: float, margin: float, omega: float) -> tuple[Floats, NDArray[Any]]:
         """Return p and w of the reached vertices in the order of arrival."""
         n, A = len(self._order), self._inner
-        source, b = np.append(rhs, self._halo(rhs))[self._order], np.zeros(n)
-        p, w = np.full(n, np.nan), np.zeros(n)
+        source = np.append(rhs, self._halo(rhs))[self._order]
+        p, b, w = np.full(n, np.nan), np.zeros_like(source), np.zeros_like(source)
         state = A.indptr, A.indices, A.data, 1.0 / self._diagonal, b, self._arrival, margin, A.indptr[:-1].copy(), p, w
         outer = self._border, self._outer.indptr, self._outer.indices, self._outer.data, self._ghost_arrival
         end, limit = 0, window
@@ -123,13 +124,14 @@ class HeatSweeps:
                 start, limit = max(start, int(np.searchsorted(self._arrival, reach))), max(limit, reach + window)
         return p, w
 
-    def _at_ghosts(self, p: Floats, w: Floats) -> tuple[Floats, Floats]:
+    def _at_ghosts(self, p: Floats, w: NDArray[Any]) -> tuple[Floats, NDArray[Any]]:
         """p, NaN where it is unknown, and w at ghosts; the values of other ranks replace those here."""
         place = self._place[self._halo.places]
-        sent = np.full((len(place), 2), np.nan)
+        sent = np.full((len(place), 2), np.nan, dtype=w.dtype)
         known = place >= 0
         sent[known, 0], sent[known, 1] = p[place[known]], w[place[known]]
-        ghost_p, ghost_w = np.ascontiguousarray(self._ranks.send(sent, self._halo.sent, self._halo.received).T)
+        ghosts = self._ranks.send(sent, self._halo.sent, self._halo.received)
+        ghost_p, ghost_w = np.ascontiguousarray(ghosts[:, 0].real), np.ascontiguousarray(ghosts[:, 1])
         here = self._place[self._n_own :]
         both = np.flatnonzero((here >= 0) & ~np.isnan(ghost_p))
         both = both[~np.isnan(p[here[both]])]
@@ -151,7 +153,7 @@ def _selected(matrix: sp.csr_array, chosen: Ints, columns: Ints, width: int) -> 
 
 
 @compiled
-def _enter(state: Any, outer: Any, ghosts: Any, end: int, limit: float, source: Floats) -> int:
+def _enter(state: Any, outer: Any, ghosts: Any, end: int, limit: float, source: Any) -> int:
     """Let unknowns with an arrival up to the limit enter, until one waits for a ghost; return the new end.
 
     p_i is that of the neighbor nearest to the sources, less the logarithm of its w.
@@ -180,7 +182,7 @@ def _enter(state: Any, outer: Any, ghosts: Any, end: int, limit: float, source: 
 
 
 @compiled
-def _flow_in(state: Any, outer: Any, ghosts: Any, start: int, end: int, source: Floats) -> None:
+def _flow_in(state: Any, outer: Any, ghosts: Any, start: int, end: int, source: Any) -> None:
     """Set the right-hand side of unknowns from start to end that have ghosts: sources, and heat from the ghosts."""
     b, p = state[4], state[8]
     border, indptr, indices, data, _ = outer

@@ -20,6 +20,8 @@ from geomhw.results import Field, Result
 INDEXES, GATHERED = {".pvtu": ".vtu", ".pvtp": ".vtp"}, (".vtu", ".vtp", ".npy")
 #: Extensions that ``write_distributed`` knows.
 WRITABLE = (*INDEXES, *GATHERED)
+#: Arrays that viewers show first, by VTK's word for their kind.
+FIRST_SHOWN = {"Scalars": "distance", "Vectors": "transported"}
 _KINDS = {".vtu": ("UnstructuredGrid", "Cells"), ".vtp": ("PolyData", "Polys")}
 _HEAD = '<VTKFile type="{}" version="1.0" byte_order="LittleEndian" header_type="UInt64">'
 
@@ -94,7 +96,8 @@ def _index(path: Path, result: LocalResult, sources: list[str]) -> str:
     kind = f"P{_KINDS[INDEXES[path.suffix.lower()]][0]}"
     lines = ['<?xml version="1.0"?>', _HEAD.format(kind), f'<{kind} GhostLevel="0">', "<PPoints>"]
     lines += ['<PDataArray type="Float64" Name="Points" NumberOfComponents="3"/>', "</PPoints>"]
-    lines += ['<PPointData Scalars="distance">']
+    first = next((f' {kind}="{name}"' for kind, name in FIRST_SHOWN.items() if name in result.fields), "")
+    lines.append(f"<PPointData{first}>")
     for name, values in _arrays(result).items():
         width = f' NumberOfComponents="{values.shape[1]}"' if values.ndim > 1 else ""
         lines.append(f'<PDataArray type="{_type(values.dtype)}" Name="{name}"{width}/>')

@@ -1,5 +1,6 @@
 """The function φ with S φ = -Div X and known values: conjugate gradients with algebraic multigrid, by PETSc."""
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -8,6 +9,7 @@ from numpy.typing import NDArray
 
 from geomhw.arrays import Floats
 from geomhw.distributed.local_mesh import LocalMesh
+from geomhw.distributed.ranks import Ranks
 from geomhw.errors import ConvergenceError
 
 #: Residual of the preconditioned system over that of zero, at which iteration ends, and iterations at most.
@@ -39,7 +41,8 @@ class DirichletProblem:
         columns = mesh.numbers_of(A.indices).astype(petsc.IntType)
         sizes = ((k, mesh.n_vertices), (k, mesh.n_vertices))
         csr = (A.indptr.astype(petsc.IntType, copy=False), columns, A.data)
-        self._matrix = petsc.Mat().createAIJ(sizes, csr=csr, comm=mesh.ranks.comm)
+        #: A in PETSc, without the rows and columns of held vertices.
+        self.matrix = petsc.Mat().createAIJ(sizes, csr=csr, comm=mesh.ranks.comm)
 
     def solve(self, rhs: Floats, tolerance: float = TOLERANCE) -> tuple[Floats, dict[str, Any]]:
         """Return x, (k,), zero where held, and the number of iterations and the preconditioner, for a report.
@@ -54,25 +57,64 @@ class DirichletProblem:
         ConvergenceError
             If the iteration does not converge.
         """
-        M, petsc = self._matrix, self._ranks.petsc
-        solver = petsc.KSP().create(self._ranks.comm)
-        solver.setOperators(M)
-        solver.setType("cg")
-        name = _precondition(solver, petsc)
-        solver.setTolerances(rtol=tolerance, atol=0.0, max_it=MOST_ITERATIONS)
-        b, x = M.createVecLeft(), M.createVecRight()
-        b.setArray(np.where(self._held, 0.0, rhs))
-        solver.setFromOptions()
-        solver.solve(b, x)
-        found, reason, iterations = x.getArray().copy(), solver.getConvergedReason(), solver.getIterationNumber()
-        for item in (solver, M, b, x):
-            item.destroy()
-        if reason <= 0:
-            raise ConvergenceError(
-                f"the Poisson equation is not solved after {iterations} iterations (PETSc's reason {reason}); "
-                "look for faces of nearly no area"
-            )
-        return found, {"iterations": iterations, "preconditioner": name}
+        x, report = conjugate_gradients(
+            self._ranks, self.matrix, np.where(self._held, 0.0, rhs), tolerance, self.precondition
+        )
+        self.matrix.destroy()
+        return x, report
+
+    def precondition(self, preconditioner: Any) -> str:
+        """Set a PETSc preconditioner to BoomerAMG, or GAMG where PETSc is without hypre; return its name."""
+        petsc = self._ranks.petsc
+        preconditioner.setOperators(self.matrix)
+        try:
+            preconditioner.setType("hypre")
+            preconditioner.setHYPREType("boomeramg")
+        except petsc.Error:
+            preconditioner.setType("gamg")
+            return "gamg"
+        options = petsc.Options()
+        for name, value in BOOMERAMG.items():
+            if not options.hasName(option := f"pc_hypre_boomeramg_{name}"):  # PETSC_OPTIONS decide
+                options.setValue(option, value)
+        return "boomeramg"
+
+
+def conjugate_gradients(
+    ranks: Ranks, matrix: Any, rhs: Floats, tolerance: float, precondition: Callable[[Any], str]
+) -> tuple[Floats, dict[str, Any]]:
+    """Solve A x = b for the rows of a rank; return x, and iterations and preconditioner for a report.
+
+    Parameters
+    ----------
+    matrix : A as a matrix of PETSc, symmetric and positive definite.
+    rhs : b in the rows of this rank.
+    tolerance : of the preconditioned residual, relative to that of zero.
+    precondition : sets a preconditioner of PETSc and returns its name.
+
+    Raises
+    ------
+    ConvergenceError
+        If the iteration does not converge.
+    """
+    solver = ranks.petsc.KSP().create(ranks.comm)
+    solver.setOperators(matrix)
+    solver.setType("cg")
+    name = precondition(solver.getPC())
+    solver.setTolerances(rtol=tolerance, atol=0.0, max_it=MOST_ITERATIONS)
+    b, x = matrix.createVecLeft(), matrix.createVecRight()
+    b.setArray(rhs)
+    solver.setFromOptions()
+    solver.solve(b, x)
+    found, reason, iterations = x.getArray().copy(), solver.getConvergedReason(), solver.getIterationNumber()
+    for item in (solver, b, x):
+        item.destroy()
+    if reason <= 0:
+        raise ConvergenceError(
+            f"a linear system is not solved after {iterations} iterations (PETSc's reason {reason}); "
+            "look for faces of nearly no area"
+        )
+    return found, {"iterations": iterations, "preconditioner": name}
 
 
 def solve_laplace(
@@ -101,19 +143,3 @@ def _with_identity(matrix: sp.csr_array, fixed: NDArray[np.bool_]) -> sp.csr_arr
     if empty.any():  # vertices without faces
         A = A + sp.diags_array(empty.astype(float), shape=matrix.shape, format="csr")
     return A
-
-
-def _precondition(solver: Any, petsc: Any) -> str:
-    """Choose BoomerAMG, or GAMG where PETSc is without hypre; return its name."""
-    preconditioner = solver.getPC()
-    try:
-        preconditioner.setType("hypre")
-        preconditioner.setHYPREType("boomeramg")
-    except petsc.Error:
-        preconditioner.setType("gamg")
-        return "gamg"
-    options = petsc.Options()
-    for name, value in BOOMERAMG.items():
-        if not options.hasName(option := f"pc_hypre_boomeramg_{name}"):  # PETSC_OPTIONS decide
-            options.setValue(option, value)
-    return "boomeramg"

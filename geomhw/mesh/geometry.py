@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 
 from geomhw.arrays import Floats, Ints, pieces, scatter_add
 
+#: A sum of vectors is zero if it is shorter than this share of the sum of their lengths.
+CANCELED = 1e-12
 #: Assumed rounding error of a coordinate, in units in the last place.
 ROUNDING_UNITS = 8
 
@@ -95,6 +97,12 @@ def corner_sum(values: Floats, faces: Ints, size: int) -> Floats:
 def vector_sum(vectors: Floats, faces: Ints, size: int, signs: Ints | int = 1) -> Floats:
     """Sum vectors per face, (m, 3), times signs per corner, (m, 3), at each vertex, (size, 3)."""
     return np.stack([corner_sum(signs * column[:, None], faces, size) for column in vectors.T]).T
+
+
+def mean_directions(sums: Floats, total: Floats) -> Floats:
+    """Normalize sums of vectors, (k, 3), in place; zero where they cancel. total: (k,) sums of their lengths."""
+    sums[np.linalg.norm(sums, axis=1) <= CANCELED * total] = 0.0
+    return unit(sums)
 
 
 def degenerate_faces(vertices: Floats, faces: Ints, edges: Floats, doubled_areas: Floats) -> Ints:

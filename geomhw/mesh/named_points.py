@@ -48,8 +48,13 @@ def vertex_points(mesh: TriangleMesh, vertices: Sequence[int] | Ints) -> Surface
         )
     if (loose := np.isin(wanted, mesh.unreferenced_vertices)).any():
         raise ArgumentError(f"source {wanted[loose][0]} belongs to no face; choose a vertex on the surface")
-    k = len(wanted)
-    return SurfacePoints(np.full(k, -1), np.repeat(wanted[:, None], 3, axis=1), np.tile([1.0, 0.0, 0.0], (k, 1)))
+    return vertices_as_points(wanted)
+
+
+def vertices_as_points(vertices: Ints) -> SurfacePoints:
+    """Return vertices, (k,), as surface points, without checks."""
+    k = len(vertices)
+    return SurfacePoints(np.full(k, -1), np.repeat(vertices[:, None], 3, axis=1), np.tile([1.0, 0.0, 0.0], (k, 1)))
 
 
 def region_points(mesh: TriangleMesh, vertices: Sequence[int] | Ints) -> SurfacePoints:

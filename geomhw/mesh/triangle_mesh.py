@@ -15,8 +15,6 @@ from geomhw.mesh.polyhedral import PolyhedralSurface
 
 #: Largest absolute coordinate; its inverse is the smallest extent of a mesh.
 LARGEST = 1e30
-#: A vertex normal is zero if the sum of face normals is shorter than this share of the sum of their lengths.
-CANCELED = 1e-12
 #: meshio's names of cells that bound no face, which `TriangleMesh.from_meshio` skips.
 _BELOW_TRIANGLES = ("vertex", "line")
 
@@ -206,8 +204,7 @@ class TriangleMesh(PolyhedralSurface):
         """
         sums = geometry.vector_sum(self.area_vectors, self.faces, self.n_vertices, self.corner_signs)
         total = geometry.corner_sum(2 * self.face_areas, self.faces, self.n_vertices)
-        sums[np.linalg.norm(sums, axis=1) <= CANCELED * total] = 0.0
-        return frozen(geometry.unit(sums))
+        return frozen(geometry.mean_directions(sums, total))
 
     @cached_property
     def tangent_frames(self) -> Floats:

@@ -7,7 +7,7 @@ import numpy as np
 from geomhw.arrays import Complexes, Floats, Ints
 from geomhw.errors import ArgumentError, MeshError
 from geomhw.intrinsic.intrinsic_mesh import IntrinsicMesh
-from geomhw.mesh.geometry import lengths, rows, unit
+from geomhw.mesh.geometry import cross, lengths, rows, unit
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.mesh.vertex_angles import edge_directions
 from geomhw.options import Connection
@@ -77,9 +77,29 @@ def edge_transport(
         return np.asarray(np.exp(1j * (low + np.pi - high)))
     if connection != "normals":
         raise ArgumentError(f"there is no connection '{connection}'; choose from {', '.join(get_args(Connection))}")
-    i, j = (surface or mesh).edges.T
-    e1, e2 = mesh.tangent_frames.transpose(1, 0, 2)
-    half = _half_way(*_edge_normals(mesh, surface.edges if surface else None))
+    edges = (surface or mesh).edges
+    return _carried(mesh.tangent_frames, edges, _half_way(*_edge_normals(mesh, surface.edges if surface else None)))
+
+
+def transport_between(points: Floats, frames: Floats, pairs: Ints) -> Complexes:
+    """Return r_ij of the connection of normals, as `edge_transport`, for pairs (i, j) with consistent normals.
+
+    Parameters
+    ----------
+    points : (n, 3) array.
+    frames : (n, 2, 3) array of tangent frames, whose cross products are the normals.
+    pairs : (e, 2) array, in any order; r_ii = 1.
+    """
+    normals = cross(frames[:, 0], frames[:, 1])
+    i, j = pairs.T
+    half = _half_way(rows(normals, i), rows(normals, j), rows(points, j) - rows(points, i))
+    return _carried(frames, pairs, half)
+
+
+def _carried(frames: Floats, pairs: Ints, half: Floats) -> Complexes:
+    """r_ij for pairs (i, j), (e,), from vectors half-way between their normals, (e, 3)."""
+    i, j = pairs.T
+    e1, e2 = frames.transpose(1, 0, 2)
     # Half turns about n_j, which sends e1 to -e1, and about the normal half-way make the smallest rotation from j to i.
     brought = rows(e1, j)
     brought -= (2 * _dots(brought, half) / _dots(half, half))[:, None] * half
@@ -89,13 +109,22 @@ def edge_transport(
 
 def to_complex(mesh: TriangleMesh, vectors: Floats) -> Complexes:
     """Return the tangential parts of vectors at vertices, (n, 3), as complex numbers in ``tangent_frames``, (n,)."""
-    parts = np.einsum("vkx,vx->kv", mesh.tangent_frames, vectors)
-    return np.asarray(parts[0] + 1j * parts[1])
+    return in_frames(mesh.tangent_frames, vectors)
 
 
 def from_complex(mesh: TriangleMesh, z: Complexes) -> Floats:
     """Return the tangent vectors, (n, 3), of complex numbers in ``tangent_frames``, (n,)."""
-    frames = mesh.tangent_frames
+    return from_frames(mesh.tangent_frames, z)
+
+
+def in_frames(frames: Floats, vectors: Floats) -> Complexes:
+    """Return the tangential parts of vectors, (k, 3), as complex numbers in frames, (k, 2, 3)."""
+    parts = np.einsum("vkx,vx->kv", frames, vectors)
+    return np.asarray(parts[0] + 1j * parts[1])
+
+
+def from_frames(frames: Floats, z: Complexes) -> Floats:
+    """Return the tangent vectors, (k, 3), of complex numbers in frames, (k, 2, 3)."""
     return np.asarray(z.real[:, None] * frames[:, 0] + z.imag[:, None] * frames[:, 1])
 
 

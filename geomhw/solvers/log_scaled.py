@@ -18,7 +18,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from geomhw.arrays import Floats
+from geomhw.arrays import Complexes, Floats
 from geomhw.errors import ConvergenceError
 from geomhw.solvers.direct import SparseLU, single_threaded
 
@@ -30,21 +30,25 @@ MAX_ROUNDS = 60
 
 @dataclass(frozen=True)
 class LogValues:
-    """Numbers sign · exp(log), far below the smallest double; log is -inf for zero."""
+    """Numbers sign · exp(log), far below the smallest double; log is -inf for zero.
+
+    The sign of a complex number z is z/|z|.
+    """
 
     log: Floats
-    sign: Floats
+    sign: NDArray[Any]
 
     @property
-    def plain(self) -> Floats:
+    def plain(self) -> NDArray[Any]:
         """The numbers as doubles; those below 1e-308 underflow to zero."""
         return np.asarray(self.sign * np.exp(self.log))
 
     @classmethod
-    def of(cls, values: Floats, potential: Floats | float = 0.0) -> "LogValues":
+    def of(cls, values: NDArray[Any], potential: Floats | float = 0.0) -> "LogValues":
         """Return exp(-potential) · values."""
+        sign = _unit(values) if np.iscomplexobj(values) else np.sign(values)
         with np.errstate(divide="ignore"):
-            return cls(np.log(np.abs(values)) - potential, np.sign(values))
+            return cls(np.log(np.abs(values)) - potential, sign)
 
     def mean_with(self, other: "LogValues") -> "LogValues":
         """Return half the sum of both."""
@@ -52,6 +56,13 @@ class LogValues:
         largest = np.where(np.isfinite(largest), largest, 0.0)
         half = (self.sign * np.exp(self.log - largest) + other.sign * np.exp(other.log - largest)) / 2
         return LogValues.of(half, -largest)
+
+
+def _unit(z: Complexes) -> Complexes:
+    """z/|z|; zero stays zero. Scaled first, so that no square underflows."""
+    size = np.maximum(np.abs(z.real), np.abs(z.imag))
+    scaled_z = np.divide(z, size, out=np.zeros_like(z), where=size > 0)
+    return np.asarray(np.divide(scaled_z, np.abs(scaled_z), out=scaled_z, where=size > 0))
 
 
 def in_reach(values: NDArray[Any]) -> bool:

@@ -116,11 +116,11 @@ class VectorHeat:
         fans, parts, tangent = tangent_vectors(sources, given, domain.base, *domain.split(sources))
         y0 = domain.source_field(fans, parts)
         indicator = self._heat.from_impulse(domain.impulse(fans))  # φ with (M + tS) φ = Σ δ
-        diffused, direction, log = self._diffused(y0, indicator)  # Y with (M + tK) Y = Y0, Y/|Y| and log |Y|
+        diffused, logs = self._diffused(y0, indicator)  # Y with (M + tK) Y = Y0, also in logarithms
         length = self._extended_lengths(fans, parts, indicator)  # u/φ with (M + tS) u = Σ |X| δ
-        transported = direction * length
+        transported = np.asarray(logs.sign * length, dtype=complex)
         self._restore_sources(transported, fans, parts)
-        where = domain.answering(log, transported)
+        where = domain.answering(logs.log, transported)
         fields = [
             Field("diffused", "vertex", domain.vectors(diffused, where)),
             Field("transported", "vertex", domain.vectors(transported, where)),
@@ -135,7 +135,7 @@ class VectorHeat:
         """
         domain = self._domain
         y = self._solver(to_complex(domain.cover, domain.lifted(vectors)))
-        return domain.vectors(y, domain.answering(_log_size(y), y))
+        return domain.vectors(y, domain.answering(LogValues.of(y).log, y))
 
     def extend(self, sources: Sequence[int] | Ints, values: ArrayLike) -> Floats:
         """Return values at source vertices, (k,), carried to all vertices along shortest paths, (n,).
@@ -159,18 +159,18 @@ class VectorHeat:
     def _solver(self) -> DirectSolver:
         return DirectSolver(self._matrix, self._heat.surface)
 
-    def _diffused(self, y0: Complexes, indicator: LogValues) -> tuple[Complexes, Complexes, Floats]:
-        """Y, Y/|Y| and log |Y|, (n,), the latter right even where Y itself underflows."""
+    def _diffused(self, y0: Complexes, indicator: LogValues) -> tuple[Complexes, LogValues]:
+        """Y, (n,), and its direction and size, right even where Y itself underflows."""
         there = np.flatnonzero(np.isfinite(indicator.log))
         if not self._heat.iterates and in_reach(indicator.plain[there]):
             with np.errstate(under="ignore"):
                 y = self._solver(y0)
-            return y, _unit(y), _log_size(y)
+            return y, LogValues.of(y)
         # Vectors decay as the scalar heat does: scaled by it, they are of order one.
         z = np.zeros_like(y0)
         z[there] = self._scaled(self._matrix, y0, indicator, there)
         with np.errstate(under="ignore"):
-            return z * np.abs(indicator.plain), _unit(z), _log_size(z) + indicator.log
+            return z * np.abs(indicator.plain), LogValues.of(z, -indicator.log)
 
     def _extended_lengths(self, sources: SurfacePoints, tangent: Floats, indicator: LogValues) -> Floats:
         """Lengths of the source vectors carried to all vertices, (n,); zero where no source is."""
@@ -213,19 +213,6 @@ class VectorHeat:
             **({"robust": self.robust.report()} if self.robust else {}),
             **self._domain.crossings,
         }
-
-
-def _unit(z: Complexes) -> Complexes:
-    """z/|z|; zero stays zero. Scaled first, so that no square underflows."""
-    size = np.maximum(np.abs(z.real), np.abs(z.imag))
-    scaled_z = np.divide(z, size, out=np.zeros_like(z), where=size > 0)
-    return np.asarray(np.divide(scaled_z, np.abs(scaled_z), out=scaled_z, where=size > 0))
-
-
-def _log_size(z: Complexes) -> Floats:
-    """log |z|; -inf for zero."""
-    with np.errstate(divide="ignore"):
-        return np.log(np.abs(z))
 
 
 def random_tangent(mesh: TriangleMesh, vertex: int, seed: int) -> Floats:

@@ -35,8 +35,8 @@ ALLOWED |= {
     "scalars": _GROUND | {"geodesic"},
     "io": {"arrays", "compiled", "errors", "mesh", "results"},
     "render": {"arrays", "errors", "mesh", "results", "flow"},
-    # Distances on parts of a mesh, read and written by each rank.
-    "distributed": _GROUND | {"geodesic", "io"},
+    # Distances and vectors on parts of a mesh, read and written by each rank.
+    "distributed": _GROUND | {"geodesic", "transport", "io"},
     # Compares two files: above io, below the program only.
     "compare": {"arrays", "errors", "mesh", "results", "io"},
 }

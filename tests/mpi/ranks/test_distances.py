@@ -7,47 +7,14 @@ import numpy as np
 import pytest
 from mpi4py import MPI
 
-from geomhw.distributed import connect, distribute, distributed_distance, open_sliced
+from geomhw.distributed import distribute, distributed_distance, open_sliced
 from geomhw.errors import ArgumentError, FormatError, MeshError
 from geomhw.geodesic import HeatDistance
-from geomhw.io import read, write
 from geomhw.mesh import TriangleMesh
-from geomhw.mesh.primitives import grid, icosphere, strip, torus
-from geomhw.results import Result
+from geomhw.mesh.primitives import grid, icosphere, strip
 from support.meshes import book, two_spheres
+from support.rank_meshes import RANKS, camelhead, genus_two, in_order, saved, with_loose_vertex
 from support.reference import REFERENCE
-
-RANKS = connect()
-
-
-@pytest.fixture
-def folder(tmp_path: Path) -> Path:
-    """One folder for all ranks."""
-    return RANKS.comm.bcast(tmp_path)
-
-
-def genus_two() -> TriangleMesh:
-    """Two tori that share a patch, glued where a face of each is left out."""
-    one = torus(24, 12)
-    far = one.vertices + np.array([2 * one.vertices[:, 0].max() + 0.05, 0, 0])
-    mirrored = far * [-1, 1, 1] + [2 * far[:, 0].min() + far[:, 0].max() - far[:, 0].min(), 0, 0]
-    other = TriangleMesh(mirrored, one.faces[:, ::-1])
-    near = int(one.vertices[one.faces].mean(axis=1)[:, 0].argmax())
-    low = int(other.vertices[other.faces].mean(axis=1)[:, 0].argmin())
-    faces = np.concatenate([np.delete(one.faces, near, 0), np.delete(other.faces, low, 0) + one.n_vertices])
-    a, b = one.faces[near], other.faces[low][::-1] + one.n_vertices
-    tube = [[a[k], a[k - 2], b[k]] for k in range(3)] + [[a[k - 2], b[k - 2], b[k]] for k in range(3)]
-    return TriangleMesh(np.concatenate([one.vertices, other.vertices]), np.concatenate([faces, tube]))
-
-
-def with_loose_vertex() -> TriangleMesh:
-    ball = icosphere(2)
-    return TriangleMesh(np.concatenate([ball.vertices, [[3.0, 3.0, 3.0]]]), ball.faces)
-
-
-def camelhead() -> TriangleMesh:
-    return read(REFERENCE / "meshes" / "hostile" / "camelhead.off").mesh
-
 
 CASES: dict[str, tuple[Any, list[int], str]] = {
     "sphere": (lambda: icosphere(5), [7], "h2"),
@@ -72,21 +39,6 @@ COUNTS = {
     "two components": (21, 7),
     "camelhead": ([13, 11, 10, 11, 15, 15, 12, 12, 6], 15),
 }
-
-
-def saved(mesh: TriangleMesh, folder: Path) -> Path:
-    if RANKS.rank == 0:
-        write(Result(mesh), folder / "mesh.ply")
-    RANKS.comm.Barrier()
-    return folder / "mesh.ply"
-
-
-def in_order(mesh: Any, values: Any) -> Any:
-    """Return the values of all ranks in the order of the file."""
-    places = np.concatenate(RANKS.comm.allgather(mesh.part.in_file))
-    found = np.empty(len(places))
-    found[places] = np.concatenate(RANKS.comm.allgather(values))
-    return found
 
 
 @pytest.mark.parametrize("bound", [True, False], ids=["bounded", "unbounded"])

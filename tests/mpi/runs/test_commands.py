@@ -15,8 +15,10 @@ import pyvista
 
 from geomhw.geodesic import HeatDistance
 from geomhw.io import read, write
-from geomhw.mesh.primitives import icosphere
+from geomhw.mesh import TriangleMesh
+from geomhw.mesh.primitives import icosphere, moebius_band
 from geomhw.results import Result
+from support.hostile import pinched_meshes
 from support.ring_sphere import write_ring_sphere
 
 BALL = icosphere(4)
@@ -24,15 +26,14 @@ ENVIRONMENT = os.environ | {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_RO
 GEOMHW = [sys.executable, "-m", "geomhw_cli"]
 
 
-def command(ranks: int, *arguments: str) -> list[str]:
+def command(ranks: int, *arguments: str, name: str = "geodesic") -> list[str]:
     start = ["mpirun", "--oversubscribe", "--quiet", "-n", str(ranks)] if ranks else []
-    return [*start, *GEOMHW, "geodesic", *arguments, "--engine", "petsc"]
+    return [*start, *GEOMHW, name, *arguments, "--engine", "petsc"]
 
 
-def over_ranks(ranks: int, folder: Path, *arguments: str) -> "subprocess.CompletedProcess[str]":
-    return subprocess.run(
-        command(ranks, *arguments), cwd=folder, env=ENVIRONMENT, capture_output=True, text=True, timeout=300
-    )
+def over_ranks(ranks: int, folder: Path, *arguments: str, name: str = "geodesic") -> "subprocess.CompletedProcess[str]":
+    words = command(ranks, *arguments, name=name)
+    return subprocess.run(words, cwd=folder, env=ENVIRONMENT, capture_output=True, text=True, timeout=300)
 
 
 @pytest.fixture
@@ -87,6 +88,52 @@ def test_files(ranks: int, folder: Path, distance: np.ndarray) -> None:
         assert np.allclose(found["distance"], distance, rtol=0, atol=1e-8)
         assert pyvista.read(folder / name).n_cells == BALL.n_faces
     assert np.allclose(np.load(folder / "a.npy"), distance, rtol=0, atol=1e-8)
+
+
+def test_vectors(folder: Path) -> None:
+    """``vecdiffuse`` writes pieces and gathered files with the vectors of one process, also for the default angle."""
+    options = ["ball.ply", "--source", "7", "--source", "2000", "--angle", "30", "--angle", "-70.5", "--dt", "h2"]
+    files = ["--dt", "0.5*h2", "-o", "a.pvtp", "-o", "a.vtu"]
+    answer = over_ranks(3, folder, *options, *files, "--json", name="vecdiffuse")
+    assert answer.returncode == 0, answer.stderr
+    report = json.loads(answer.stdout)
+    assert set(report["files"]) == {path.name for path in folder.iterdir()} - {"ball.ply"}
+    alone = [*GEOMHW, "vecdiffuse", *options, "--dt", "0.5*h2", "--solver", "direct", "-o", "b.vtp", "--json"]
+    expected = json.loads(subprocess.run(alone, cwd=folder, check=True, capture_output=True, text=True).stdout)
+    assert report["sources"] == expected["sources"] == [7, 2000]
+    assert np.allclose(report["vectors"], expected["vectors"], rtol=0, atol=1e-12)
+    assert [step["t_over_h2"] for step in report["times"]] == pytest.approx([1, 0.5])
+    known, gathered, pieces = read(folder / "b.vtp"), read(folder / "a.vtu"), pyvista.wrap(opened(folder / "a.pvtp"))
+    for name in ("diffused_0", "transported_0", "diffused_1", "transported_1"):
+        scale = np.linalg.norm(known[name], axis=1).max()
+        away = np.linalg.norm(known[name] - gathered[name], axis=1) <= 1e-8 * scale
+        assert away.mean() > 0.97  # the cut locus
+        assert np.array_equal(pieces[name], gathered[name][pieces["vertex"]])
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words", "code"),
+    [
+        (["ball.ply", "--robust"], ["--robust", "--engine petsc"], 2),
+        (["ball.ply", "--solver", "direct"], ["--solver", "--engine petsc"], 2),
+        (["ball.ply", "--connection", "intrinsic"], ["--connection", "--engine petsc"], 2),
+        (["ball.ply", "--source", "7", "--angle", "1", "--angle", "2"], ["2 times", "1 source"], 2),
+        (["ball.ply", "--source", "7", "--vector", "0", "0", "0"], ["zero"], 2),
+        (["ball.ply", "-o", "a.npy"], [".npy", ".pvtu"], 2),
+        (["band.ply"], ["oriented"], 1),
+        (["pinched.ply"], ["fans"], 1),
+    ],
+)
+def test_refused_vectors(arguments: list[str], words: list[str], code: int, folder: Path) -> None:
+    """What ``vecdiffuse`` does not have over ranks is refused in one sentence, and no file is left."""
+    write(Result(moebius_band(20, 2)), folder / "band.ply")
+    write(Result(TriangleMesh(*pinched_meshes()["pinched_torus"])), folder / "pinched.ply")
+    before = {path.name for path in folder.iterdir()}
+    answer = over_ranks(2, folder, *arguments, name="vecdiffuse")
+    (sentence,) = sentences(answer.stderr)
+    assert all(word in sentence for word in words), sentence
+    assert answer.returncode == code
+    assert {path.name for path in folder.iterdir()} == before
 
 
 def test_default_source_and_file(folder: Path) -> None:

@@ -1,0 +1,57 @@
+"""Vector transport over MPI ranks: ``vecdiffuse --engine petsc``."""
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from geomhw.wording import counted
+from geomhw_cli.runtime.job import time_line
+from geomhw_cli.runtime.mpi_runs import RankedCommand, engine_line, heat_line
+from geomhw_cli.runtime.mpi_sources import source_vertices
+from geomhw_cli.specs.sources import SourceSpecs, source_line
+
+if TYPE_CHECKING:
+    from geomhw.arrays import Floats
+    from geomhw.distributed import LocalMesh, LocalResult
+    from geomhw.mesh.surface_points import SurfacePoints
+    from geomhw.mesh.triangle_mesh import TriangleMesh
+    from geomhw.stages import Stages
+
+#: Parameters of ``vecdiffuse`` that exist over ranks.
+OPTIONS = {"sources", "vector", "angle", "seed", "times"}
+
+
+def transport_over_ranks(
+    mesh_path: Path,
+    sources: SourceSpecs,
+    vectors: "Callable[[TriangleMesh, SurfacePoints], Floats]",
+    times: Sequence[str],
+    outputs: Sequence[Path],
+    report: Mapping[str, bool],
+) -> None:
+    """Compute, write and report vectors on the mesh of a file that all ranks read.
+
+    vectors: returns the vectors at sources, (s, 3), on the mesh of the faces round them.
+    """
+    from geomhw.distributed import WRITABLE
+
+    def compute(mesh: "LocalMesh", stages: "Stages") -> "LocalResult":
+        from geomhw.distributed import distributed_transport, source_stars, vertex_sources
+
+        points = vertex_sources(mesh, source_vertices(mesh, sources))
+        with stages("sources"):
+            stars = source_stars(mesh, points.corners)
+        given = vectors(stars.mesh, stars.points(points))
+        return distributed_transport(mesh, stars, points, given, times, stages)
+
+    writable = [extension for extension in WRITABLE if extension != ".npy"]
+    RankedCommand("vecdiffuse", OPTIONS, compute, _lines, writable).run(mesh_path, outputs, report)
+
+
+def _lines(answers: Mapping[str, Any]) -> list[str]:
+    work = ", ".join(f"vectors in {heat_line(heat['vectors'])}" for heat in answers["heat"])
+    lines = [source_line(answers["sources"]), *(time_line(step, "dt") for step in answers["times"])]
+    lines.append(engine_line(answers["engine"], work))
+    if unreached := answers["unreachable_vertices"]:
+        lines.append(f"warning: {counted(unreached, 'vertex', 'vertices')} on components without a source: vectors 0")
+    return lines

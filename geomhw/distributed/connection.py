@@ -1,0 +1,67 @@
+"""Tangent frames and the connection Laplacian on the part of a mesh that a rank has."""
+
+import numpy as np
+import scipy.sparse as sp
+
+from geomhw.arrays import Floats, pieces
+from geomhw.distributed.local_mesh import LocalMesh
+from geomhw.errors import MeshError
+from geomhw.mesh.geometry import corner_sum, mean_directions, vector_sum
+from geomhw.mesh.tangent_frames import vertex_frames
+from geomhw.mesh.topology import pinched_vertices, unique_edges
+from geomhw.operators.parallel_transport import transport_between
+
+
+def tangent_frames(mesh: LocalMesh) -> Floats:
+    """Return right-handed frames of the tangent planes of a rank's vertices and ghosts, (k + g, 2, 3).
+
+    They are those of `TriangleMesh.tangent_frames` for faces in the order of the curve, on any number of ranks.
+
+    Raises
+    ------
+    MeshError
+        If a vertex has no normal, because the faces round it cancel.
+    """
+    n, k = len(mesh.vertices), mesh.n_own
+    sums, total = np.zeros((n, 3)), np.zeros(n)
+    for used, block in mesh.blocks():
+        sums[used] += vector_sum(block.area_vectors, block.faces, block.n_vertices)
+        total[used] += corner_sum(2 * block.face_areas, block.faces, block.n_vertices)
+    normals = mean_directions(sums, total)
+    with mesh.ranks.agreeing():
+        for bad in np.flatnonzero((total[:k] > 0) & ~normals[:k].any(axis=1))[:1]:
+            raise MeshError(f"vertex {mesh.part.in_file[bad]} has no normal: the faces round it cancel; move it")
+    frames = vertex_frames(mesh.vertices, mesh.faces, normals) if len(mesh.faces) else np.zeros((n, 2, 3))
+    return mesh.with_ghosts(frames[:k])
+
+
+def connection_stiffness(mesh: LocalMesh, S: sp.csr_array, frames: Floats) -> sp.csr_array:
+    """Assemble K of the connection of normals in the rows of a rank, (k, k + g), complex, from those of S.
+
+    frames : (k + g, 2, 3) array, as `tangent_frames`. K_ij = S_ij r_ij.
+    """
+    rows, data = np.repeat(np.arange(S.shape[0]), np.diff(S.indptr)), S.data.astype(complex)
+    for piece in pieces(S.nnz):
+        pairs = np.stack([rows[piece], S.indices[piece]], axis=1)
+        data[piece] *= transport_between(mesh.vertices, frames, pairs)
+    return sp.csr_array((data, S.indices, S.indptr), shape=S.shape)
+
+
+def require_one_side(mesh: LocalMesh) -> None:
+    """Raise MeshError unless faces are consistently oriented, and no vertex joins several fans of faces."""
+    k = mesh.n_own
+    with mesh.ranks.agreeing():
+        if not len(mesh.faces):
+            return
+        table = unique_edges(mesh.faces)
+        here = (table.vertices < k).any(axis=1) & (table.face_counts == 2)
+        for bad in table.vertices[here & (table.orientation_sums != 0)][:1]:
+            near = mesh.part.in_file[bad[bad < k][0]]
+            raise MeshError(
+                f"faces at vertex {near} are not consistently oriented; orient them first, as `geomhw repair` does"
+            )
+        pinched = pinched_vertices(mesh.faces, table)
+        for bad in pinched[pinched < k][:1]:
+            raise MeshError(
+                f"vertex {mesh.part.in_file[bad]} joins several fans of faces; give each its own vertex first"
+            )

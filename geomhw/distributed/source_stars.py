@@ -1,0 +1,76 @@
+"""The faces round source points as a small mesh that every rank has, in the order of the file."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from geomhw.arrays import Floats, Ints
+from geomhw.distributed.local_mesh import BLOCK, LocalMesh
+from geomhw.errors import ArgumentError
+from geomhw.mesh.named_points import vertices_as_points
+from geomhw.mesh.surface_points import SurfacePoints
+from geomhw.mesh.triangle_mesh import TriangleMesh
+
+
+@dataclass(frozen=True)
+class SourceStars:
+    """All faces with a corner of the faces, or at the vertices, that contain some points.
+
+    Attributes
+    ----------
+    mesh : the faces in the order of the file, with their vertices, ascending in the file.
+    vertices, faces : their numbers in the file.
+    """
+
+    mesh: TriangleMesh
+    vertices: Ints
+    faces: Ints
+
+    def points(self, sources: SurfacePoints) -> SurfacePoints:
+        """Return points on the mesh of the file as points on this one."""
+        faces = np.where(sources.faces < 0, -1, np.searchsorted(self.faces, sources.faces))
+        return SurfacePoints(faces, np.searchsorted(self.vertices, sources.corners), sources.weights, sources.filled)
+
+
+def source_stars(mesh: LocalMesh, vertices: Ints) -> SourceStars:
+    """Return the faces at some vertices of the file, the same on all ranks; each rank scans its slice of the file."""
+    ranks, file = mesh.ranks, mesh.file
+    begin, end = (int(share) for share in ranks.shares(file.n_faces)[ranks.rank : ranks.rank + 2])
+    found, numbers = [np.empty((0, 3), dtype=np.int64)], [np.empty(0, dtype=np.int64)]
+    with ranks.agreeing():
+        for start in range(begin, end, BLOCK):
+            corners = file.read_faces(start, min(start + BLOCK, end))
+            here = np.flatnonzero(np.isin(corners, vertices).any(axis=1))
+            found.append(corners[here])
+            numbers.append(start + here)
+    corners, faces = (np.concatenate(ranks.comm.allgather(np.concatenate(part))) for part in (found, numbers))
+    used = np.unique(corners)
+    return SourceStars(TriangleMesh(positions(mesh, used), np.searchsorted(used, corners)), used, faces)
+
+
+def vertex_sources(mesh: LocalMesh, vertices: Ints) -> SurfacePoints:
+    """Return vertices of the file as sources, the same on all ranks.
+
+    Raises
+    ------
+    ArgumentError
+        If a vertex does not exist, or belongs to no face.
+    """
+    n = mesh.n_vertices
+    for outside in vertices[(vertices < 0) | (vertices >= n)][:1]:
+        raise ArgumentError(f"source {outside} is not a vertex: the mesh has {n} (0 to {n - 1})")
+    at = mesh.local(mesh.find(np.unique(vertices)))
+    loose = np.setdiff1d(at[at < mesh.n_own], mesh.faces)
+    for bad in mesh.ranks.comm.allgather(mesh.part.in_file[loose].tolist()):
+        for vertex in bad[:1]:
+            raise ArgumentError(f"source {vertex} belongs to no face; choose a vertex on the surface")
+    return vertices_as_points(vertices)
+
+
+def positions(mesh: LocalMesh, vertices: Ints) -> Floats:
+    """Return the coordinates of vertices of the file, (v, 3), on all ranks."""
+    numbers = mesh.find(vertices)
+    found = np.zeros((len(vertices), 3))
+    here = (numbers >= mesh.first) & (numbers < mesh.first + mesh.n_own)
+    found[here] = mesh.vertices[numbers[here] - mesh.first]
+    return np.asarray(mesh.ranks.sum(found))

@@ -1,0 +1,170 @@
+"""The vector heat method [TVHM, algorithm 1] on a mesh that is distributed over MPI ranks."""
+
+from collections.abc import Sequence
+from functools import partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from geomhw.arrays import Complexes, Floats, Ints
+from geomhw.distributed.assembly import LocalOperators, assemble
+from geomhw.distributed.connection import connection_stiffness, require_one_side, tangent_frames
+from geomhw.distributed.edge_paths import edge_path_distance
+from geomhw.distributed.heat_method import LocalResult, time_step
+from geomhw.distributed.heat_step import heat_step
+from geomhw.distributed.local_mesh import LocalMesh
+from geomhw.distributed.ranks import release_memory
+from geomhw.distributed.source_stars import SourceStars
+from geomhw.distributed.tangent_system import TangentSystem
+from geomhw.geodesic.diffusion_time import TimeStep
+from geomhw.mesh.surface_points import SurfacePoints
+from geomhw.operators.laplacian import backward_euler
+from geomhw.operators.parallel_transport import from_complex, from_frames, in_frames
+from geomhw.solvers.log_scaled import LogValues
+from geomhw.stages import Stages
+from geomhw.transport.source_vectors import checked_vectors, spread_to_corners, tangent_vectors
+
+
+def distributed_transport(
+    mesh: LocalMesh,
+    stars: SourceStars,
+    sources: SurfacePoints,
+    vectors: ArrayLike,
+    times: Sequence[str | float] = ("auto",),
+    stages: Stages | None = None,
+) -> LocalResult:
+    """Diffuse and transport one vector per source, at the vertices of each rank.
+
+    Parameters
+    ----------
+    mesh : the part of each rank, of consistently oriented faces.
+    stars : the faces round the sources.
+    sources : points of the mesh, with the numbers of the file, the same on all ranks.
+    vectors : (s, 3) array, of which the tangential parts count.
+    times : diffusion times as in `distributed_distance`.
+    stages : measures the time of each stage.
+
+    Returns
+    -------
+    LocalResult with ``diffused`` and ``transported``, as `VectorHeat.from_sources` has them for the connection of
+    normals; with several times with the suffix ``_0``, ``_1``, ...
+
+    Raises
+    ------
+    ArgumentError
+        If a vector is zero, not finite or normal to the surface, or for an unknown time.
+    MeshError
+        If a face has zero area, faces are not consistently oriented, or a vertex joins several fans of faces.
+    ConvergenceError
+        If heat does not reach the far side.
+    """
+    stage = stages or Stages()
+    points, given = checked_vectors(sources, vectors)
+    places = stars.points(points)
+    places, parts, tangent = tangent_vectors(points, given, stars.mesh, places, np.arange(len(points)))
+    with stage("assembly"):
+        require_one_side(mesh)
+        operators = assemble(mesh)
+        frames = tangent_frames(mesh)
+    release_memory()
+    heat = _VectorHeat(mesh, operators, frames, stars, places, parts)
+    steps = [time_step(time, operators.mean_edge_length) for time in times]
+    with stage("heat"):
+        answers = [heat(step) for step in steps]
+    fields = {
+        f"{name}_{k}" if len(steps) > 1 else name: values
+        for k, (found, _) in enumerate(answers)
+        for name, values in found.items()
+    }
+    h = operators.mean_edge_length
+    report = {
+        "sources": points.report(),
+        "vectors": tangent.tolist(),
+        "connection": "normals",
+        "times": [step.report(h) for step in steps],
+        "unreachable_vertices": int(mesh.ranks.sum(int((np.isinf(heat.paths) & (operators.areas > 0)).sum()))),
+        "mean_edge_length": h,
+        "heat": [report for _, report in answers],
+    }
+    return LocalResult(mesh, fields, report)
+
+
+class _VectorHeat:
+    """The vector heat method for tangent vectors at points of the stars, for any time."""
+
+    def __init__(
+        self,
+        mesh: LocalMesh,
+        operators: LocalOperators,
+        frames: Floats,
+        stars: SourceStars,
+        points: SurfacePoints,
+        tangent: Floats,
+    ) -> None:
+        self._mesh, self._operators, self._frames = mesh, operators, frames
+        self._at, self._here = _own_rows(mesh, stars)
+        self._size = np.linalg.norm(tangent, axis=1)
+        self._impulse = self._own(points.impulse(stars.mesh.n_vertices))
+        self._weighted = self._own(points.impulse(stars.mesh.n_vertices, self._size))
+        self._y0 = self._own_vectors(stars, points, tangent)
+        vertices = points.faces < 0
+        self._exact = self._own(points[vertices].impulse(stars.mesh.n_vertices)) > 0
+        warm = mesh.with_ghosts(self._impulse > 0)
+        #: Path lengths along edges from the corners of the sources, (k,).
+        self.paths = edge_path_distance(mesh, operators, np.flatnonzero(warm))
+
+    def __call__(self, step: TimeStep) -> tuple[dict[str, Floats], dict[str, Any]]:
+        """Return the fields, (k, 3), and the methods of the heat steps, for a report."""
+        mesh, operators = self._mesh, self._operators
+        arrival, multiple = self.paths / np.sqrt(step.t), step.t / operators.mean_edge_length**2
+        scalar = partial(backward_euler, operators.areas, operators.stiffness, step.t)
+        lengths, report = self._extended_lengths(scalar, arrival, multiple)  # u/φ
+        Y, of_vectors = self._diffused(scalar, step, arrival, multiple)  # (M + tK) Y = Y0
+        transported = Y.sign * lengths
+        transported[self._exact] = self._y0[self._exact]  # the limit t -> 0
+        vectors = {"diffused": Y.plain, "transported": transported}
+        frames = self._frames[: mesh.n_own]
+        return {name: from_frames(frames, z) for name, z in vectors.items()}, {"vectors": of_vectors, **report}
+
+    def _diffused(
+        self, scalar: Any, step: TimeStep, arrival: Floats, multiple: float
+    ) -> tuple[LogValues, dict[str, Any]]:
+        operators = self._operators
+
+        def assemble_vectors() -> Any:
+            K = connection_stiffness(self._mesh, operators.stiffness, self._frames)
+            return backward_euler(operators.areas, K, step.t)
+
+        system = TangentSystem(scalar, self._frames[: self._mesh.n_own])
+        return heat_step(self._mesh, assemble_vectors, self._y0, arrival, multiple, system)
+
+    def _extended_lengths(self, scalar: Any, arrival: Floats, multiple: float) -> tuple[Floats, dict[str, Any]]:
+        """The lengths of the source vectors carried to all vertices, (k,); zero where no heat arrives."""
+        size, reached = self._size, np.isfinite(arrival)
+        if np.ptp(size) <= 1e-15 * size.max():
+            return np.where(reached, size[0], 0.0), {}
+        (u, of_lengths), (phi, of_indicator) = (
+            heat_step(self._mesh, scalar, impulse, arrival, multiple) for impulse in (self._weighted, self._impulse)
+        )
+        ratio = np.zeros(len(arrival))
+        ratio[reached] = (u.sign * phi.sign)[reached] * np.exp(u.log[reached] - phi.log[reached])
+        return np.clip(ratio, size.min(), size.max()) * reached, {"lengths": of_lengths, "indicator": of_indicator}
+
+    def _own(self, values: Floats) -> Floats:
+        """Values at the vertices of the stars as values at those of this rank, zero elsewhere."""
+        found = np.zeros((self._mesh.n_own, *values.shape[1:]))
+        found[self._at] = values[self._here]
+        return found
+
+    def _own_vectors(self, stars: SourceStars, points: SurfacePoints, tangent: Floats) -> Complexes:
+        """Y0 at the vertices of this rank, (k,)."""
+        vectors = self._own(from_complex(stars.mesh, spread_to_corners(stars.mesh, points, tangent)))
+        return in_frames(self._frames[: self._mesh.n_own], vectors)
+
+
+def _own_rows(mesh: LocalMesh, stars: SourceStars) -> tuple[Ints, Ints]:
+    """Rows of the vertices of a rank that belong to stars, and their places there."""
+    rows = mesh.find(stars.vertices) - mesh.first
+    here = np.flatnonzero((rows >= 0) & (rows < mesh.n_own))
+    return rows[here], here
