@@ -212,7 +212,8 @@ ENGINE = choice(
     "--engine",
     EngineName,
     "petsc: distribute the mesh over the ranks of mpirun, for meshes beyond the memory of one machine; "
-    "MESH.ply is binary, and -o OUT.pvtu, .pvtp, .vtu or .vtp, for distances also .npy. Needs petsc4py and mpi4py.",
+    "MESH is a binary .ply, an .off, or a .vtu or .vtp of raw arrays, and -o OUT.pvtu, .pvtp, .vtu or .vtp, for "
+    "distances also .npy. Needs petsc4py and mpi4py.",
 )
 COLOR = option("--color color_spec", "SPEC", Spec(color_files), f"Initial color: {COLOR_HELP}.", default=DEFAULT_COLOR)
 DT = option("--dt", "T", POSITIVE, "Time step.", default=DEFAULT_DT)

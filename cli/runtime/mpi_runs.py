@@ -78,8 +78,7 @@ class RankedCommand:
 
         stages, before = Stages(), _peak_memory()
         with stages("read and distribute"):
-            with ranks.agreeing():
-                file = open_sliced(mesh_path)
+            file = open_sliced(ranks, mesh_path)
             mesh = distribute(ranks, file)
         result = self.compute(mesh, stages)
         with stages("write"):

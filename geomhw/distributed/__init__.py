@@ -1,4 +1,4 @@
-"""Distances and vectors on meshes beyond the memory of one machine: MPI ranks with a part of the mesh each, and PETSc."""
+"""Distances and vectors on meshes beyond the memory of one machine: MPI ranks with a part of the mesh each."""
 
 import lazy_loader
 

@@ -17,23 +17,23 @@ from geomhw.results import Result
 from geomhw.wording import counted
 
 # The counts may follow the keyword without a space, as in the files of ModelNet.
-_KEYWORD = re.compile(rb"((?:ST|C|N)*)(4?n?)OFF(?=[\s\d#]|\Z)|()()off(?=[\s\d#]|\Z)")
+KEYWORD = re.compile(rb"((?:ST|C|N)*)(4?n?)OFF(?=[\s\d#]|\Z)|()()off(?=[\s\d#]|\Z)")
 #: The dimension after nOFF, with the blanks and comments before it.
 _DIMENSION = re.compile(rb"((?:\s|#[^\r\n]*)+)(\d{1,9})(?!\S)")
-_BINARY = re.compile(rb"[ \t]+BINARY[ \t\r]*\n", re.IGNORECASE)
+BINARY = re.compile(rb"[ \t]+BINARY[ \t\r]*\n", re.IGNORECASE)
 #: Numbers of a vertex for each prefix; some programs write colors without the fourth.
-_WIDTHS = {b"N": (3,), b"ST": (2,), b"C": (4, 3)}
+WIDTHS = {b"N": (3,), b"ST": (2,), b"C": (4, 3)}
 
 
 def read_off(name: str, data: bytes) -> Result:
     """Return the vertices and faces; further numbers of a vertex and colors of faces are ignored."""
-    begin = _first_token(data)
+    begin = first_token(data)
     prefixes: list[bytes] = []
-    if keyword := _KEYWORD.match(data, begin):
+    if keyword := KEYWORD.match(data, begin):
         prefixes = re.findall(rb"ST|C|N", keyword[1] or b"")
         if keyword[2]:
             return read_off(name, _in_space(name, data, keyword))
-        if binary := _BINARY.match(data, keyword.end()):
+        if binary := BINARY.match(data, keyword.end()):
             return _read_binary(name, data, binary.end(), prefixes)
     text = TextFile(name, data, comments=True)
     if not len(text):
@@ -49,7 +49,7 @@ def read_off(name: str, data: bytes) -> Result:
         raise FormatError(f"{text.place(0)}: '{tokens[0]}' does not start an OFF file (OFF, COFF, NOFF, STOFF)")
     places: dict[str, Place] = {}
     try:
-        n, m = _counts(text.place(line), tokens)
+        n, m = counts_of(text.place(line), tokens)
         content = None
         if len(text) > line + 1 + n + m:
             content = _from_tokens(name, data, keyword, prefixes)
@@ -77,7 +77,7 @@ def _in_space(name: str, data: bytes, keyword: re.Match[bytes]) -> bytes:
     return data[: keyword.start()] + keyword[1] + b"OFF" + number[1] + data[number.end() :]
 
 
-def _first_token(data: bytes) -> int:
+def first_token(data: bytes) -> int:
     """Offset of the first token that is no comment."""
     at = 3 if data.startswith(b"\xef\xbb\xbf") else 0
     blank, comment = re.compile(rb"\s*"), re.compile(rb"#[^\r\n]*")
@@ -88,7 +88,7 @@ def _first_token(data: bytes) -> int:
         at = found.end()
 
 
-def _counts(place: str, tokens: list[str]) -> tuple[int, int]:
+def counts_of(place: str, tokens: list[str]) -> tuple[int, int]:
     shown = " ".join(tokens[:4])
     if len(tokens) not in (2, 3) or not all(re.fullmatch(r"[+-]?\d{1,18}", token) for token in tokens):
         raise FormatError(f"{place}: expected the numbers of vertices, faces and edges, not '{shown}'")
@@ -110,7 +110,7 @@ def _from_lines(text: TextFile, n: int, m: int, start: int) -> tuple[Polygons, d
     vertices = text.numbers(np.arange(start, start + n))
     points, remarks = vertices.coordinates()
     faces = text.numbers(np.arange(start + n, start + n + m), integers=True)
-    corners, sizes = _faces(faces)
+    corners, sizes = corners_of_faces(faces)
     if surplus := found - n - m:
         place = text.place(start + n + m)
         remarks.append(f"left out {counted(surplus, 'line')} after the {n} vertices and {m} faces, from {place}")
@@ -118,7 +118,7 @@ def _from_lines(text: TextFile, n: int, m: int, start: int) -> tuple[Polygons, d
     return content, {"face_place": faces.place, "vertex_place": vertices.place}
 
 
-def _faces(rows: NumberRows) -> tuple[Ints, Ints]:
+def corners_of_faces(rows: NumberRows) -> tuple[Ints, Ints]:
     """Corners of all faces, flat, and the number of corners of each."""
     sizes = rows.integers(rows.begins)
     if (bad := (sizes < 0) | (rows.counts - 1 < sizes)).any():
@@ -144,7 +144,7 @@ def _from_tokens(name: str, data: bytes, keyword: re.Match[bytes] | None, prefix
     if not 0 < n < len(values) or not 0 < m < len(values):
         return None
     found = []
-    for extra in product(*(_WIDTHS[prefix] for prefix in prefixes)):
+    for extra in product(*(WIDTHS[prefix] for prefix in prefixes)):
         begin = 3 + n * (3 + sum(extra))
         begins: list[int] = []
         at = begin
@@ -171,7 +171,7 @@ def _read_binary(name: str, data: bytes, start: int, prefixes: list[bytes]) -> R
     if words < 3:
         raise FormatError(f"{name} ends inside its header")
     n, m, _ = integers[:3].tolist()
-    width = 3 + sum(_WIDTHS[prefix][0] for prefix in prefixes)
+    width = 3 + sum(WIDTHS[prefix][0] for prefix in prefixes)
     if n <= 0 or m <= 0 or n * width > words - 3:
         raise FormatError(f"{name} says {n} vertices and {m} faces, but has {len(data) - start} bytes for them")
     begins, sizes, at = [], [], 3 + n * width

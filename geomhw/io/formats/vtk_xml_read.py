@@ -29,8 +29,9 @@ _LZMA_MEMORY = 70 << 20
 #: Bytes that an array may have unpacked, for any array and for each packed byte; zlib does not exceed the ratio.
 _LEAST_LIMIT, _MOST_RATIO = 1 << 20, 1100
 _DAMAGE = (ElementTree.ParseError, ValueError, KeyError, IndexError, EOFError, zlib.error, lzma.LZMAError, MemoryError)
-_TYPES = {f"{word}{8 * size}": f"{kind}{size}" for word, kind in (("Int", "i"), ("UInt", "u")) for size in (1, 2, 4, 8)}
-_TYPES |= {"Float32": "f4", "Float64": "f8"}
+#: numpy's names of VTK's types of numbers.
+TYPES = {f"{word}{8 * size}": f"{kind}{size}" for word, kind in (("Int", "i"), ("UInt", "u")) for size in (1, 2, 4, 8)}
+TYPES |= {"Float32": "f4", "Float64": "f8"}
 _LAST = b"</VTKFile>"
 _POLYDATA = (("Verts", VERTEX), ("Lines", LINE), ("Polys", POLYGON), ("Strips", STRIP))
 
@@ -123,13 +124,22 @@ def _read(name: str, data: bytes, kind: str) -> Dataset:
 
 def _parse(data: bytes) -> tuple[Element, bytes, str]:
     """The tree, and the appended block, which may be raw bytes that no XML parser takes, with its encoding."""
-    begin = data.find(b"<AppendedData")
-    if begin < 0:
+    if b"<AppendedData" not in data:
         return parse_xml(data), b"", ""
+    root, begin, encoding = parse_head(data)
+    return root, data[begin : data.rfind(b"</AppendedData")], encoding
+
+
+def parse_head(data: bytes) -> tuple[Element, int, str]:
+    """Return the tree before the appended block, the offset at which that starts, and its encoding.
+
+    data: a file with an appended block, at least up to its start.
+    """
+    begin = data.index(b"<AppendedData")
     tag_end = data.index(b">", begin)
     encoding = re.search(rb'encoding\s*=\s*"(\w+)"', data[begin:tag_end])
-    block = data[data.index(b"_", tag_end) + 1 : data.rfind(b"</AppendedData")]
-    return parse_xml(data[:begin] + _LAST), block, encoding[1].decode() if encoding else "base64"
+    start = data.index(b"_", tag_end) + 1
+    return parse_xml(data[:begin] + _LAST), start, encoding[1].decode() if encoding else "base64"
 
 
 def _dataset(piece: Element, arrays: "_Arrays", kind: str) -> Dataset:
@@ -179,7 +189,7 @@ class _Arrays:
     def __init__(self, name: str, root: Element, appended: bytes, encoding: str) -> None:
         self.name = name
         self.order = ">" if root.get("byte_order") == "BigEndian" else "<"
-        self.head = np.dtype(self.order + _TYPES[root.get("header_type", "UInt32")])
+        self.head = np.dtype(self.order + TYPES[root.get("header_type", "UInt32")])
         compressor = root.get("compressor")
         if compressor not in _UNPACKERS and any(e.get("format") != "ascii" for e in root.iter("DataArray")):
             raise FormatError(f"{name} is compressed with {compressor}, which is not read; use zlib, LZ4, LZMA or none")
@@ -188,13 +198,13 @@ class _Arrays:
 
     def by_name(self, parent: Element | None, rows: int | None = None) -> dict[str, NDArray[Any]]:
         """The numeric arrays under an element, of a number of rows where it is known."""
-        found = [] if parent is None else [child for child in parent.iter("DataArray") if child.get("type") in _TYPES]
+        found = [] if parent is None else [child for child in parent.iter("DataArray") if child.get("type") in TYPES]
         return {child.get("Name", f"array {i}"): self.decode(child, rows) for i, child in enumerate(found)}
 
     def decode(self, element: Element, rows: int | None = None) -> NDArray[Any]:
         """One array, (rows,) or (rows, components)."""
         label = "an array without a name" if element.get("Name") is None else f"array '{element.get('Name')}'"
-        kind = np.dtype(self.order + _TYPES[element.get("type", "")])
+        kind = np.dtype(self.order + TYPES[element.get("type", "")])
         width = int(element.get("NumberOfComponents") or 1)
         form, text = element.get("format", "ascii"), (element.text or "").strip().encode()
         if form == "ascii":

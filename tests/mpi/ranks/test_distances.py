@@ -49,7 +49,7 @@ def test_equal_to_one_process(name: str, bound: bool, folder: Path) -> None:
         pytest.skip("the reference meshes are missing")
     make, sources, time = CASES[name]
     whole = make()
-    mesh = distribute(RANKS, open_sliced(saved(whole, folder)))
+    mesh = distribute(RANKS, open_sliced(RANKS, saved(whole, folder)))
     result = distributed_distance(mesh, np.array(sources), time, bound)
     expected = HeatDistance(whole, time, solver="direct", bound=bound).from_vertices(sources)
     found, known = in_order(mesh, result.fields["distance"]), expected["distance"]
@@ -72,7 +72,7 @@ def test_equal_to_one_process(name: str, bound: bool, folder: Path) -> None:
 def test_no_rank_has_the_whole_mesh(folder: Path) -> None:
     """Each rank has its share of vertices, exactly, and of faces, with a layer of ghosts."""
     whole = icosphere(5)
-    mesh = distribute(RANKS, open_sliced(saved(whole, folder)))
+    mesh = distribute(RANKS, open_sliced(RANKS, saved(whole, folder)))
     assert RANKS.sum(mesh.n_own) == whole.n_vertices
     assert abs(mesh.n_own - whole.n_vertices / RANKS.size) <= 1
     border = 8 * np.sqrt(whole.n_vertices) if RANKS.size > 1 else 0
@@ -88,7 +88,7 @@ def test_faces_and_copies(folder: Path) -> None:
     found = []
     for k, whole in enumerate((plain, doubled)):
         (folder / str(k)).mkdir(exist_ok=True)
-        mesh = distribute(RANKS, open_sliced(saved(whole, folder / str(k))))
+        mesh = distribute(RANKS, open_sliced(RANKS, saved(whole, folder / str(k))))
         found.append(in_order(mesh, distributed_distance(mesh, np.array([7])).fields["distance"]))
     assert np.abs(found[0] - found[1]).max() <= 1e-10
 
@@ -96,7 +96,7 @@ def test_faces_and_copies(folder: Path) -> None:
 @pytest.mark.parametrize("sources", [[5000], [-1], [162]])
 def test_no_such_source(sources: list[int], folder: Path) -> None:
     """All ranks raise the same error for a source that does not exist or belongs to no face."""
-    mesh = distribute(RANKS, open_sliced(saved(with_loose_vertex(), folder)))
+    mesh = distribute(RANKS, open_sliced(RANKS, saved(with_loose_vertex(), folder)))
     with pytest.raises(ArgumentError, match=f"source {sources[0]} ") as error:
         distributed_distance(mesh, np.array(sources))
     assert len(set(RANKS.comm.allgather(str(error.value)))) == 1
@@ -107,7 +107,7 @@ def test_faces_without_area(folder: Path) -> None:
     ball = icosphere(2)
     points = ball.vertices.copy()
     points[ball.faces[7, 0]] = points[ball.faces[7, 1]]
-    mesh = distribute(RANKS, open_sliced(saved(TriangleMesh(points, ball.faces), folder)))
+    mesh = distribute(RANKS, open_sliced(RANKS, saved(TriangleMesh(points, ball.faces), folder)))
     with pytest.raises(MeshError, match="zero area"):
         distributed_distance(mesh, np.array([50]))
 
@@ -134,7 +134,7 @@ def test_damaged_files(damage: str, folder: Path) -> None:
         path.write_bytes(data)
     RANKS.comm.Barrier()
     with pytest.raises((FormatError, MeshError)) as error:
-        distribute(RANKS, open_sliced(path))
+        distribute(RANKS, open_sliced(RANKS, path))
     assert len(set(RANKS.comm.allgather(str(error.value)))) == 1
 
 

@@ -41,7 +41,7 @@ def test_equal_to_one_process(name: str, folder: Path) -> None:
         pytest.skip("the reference meshes are missing")
     make, sources, vectors, time = CASES[name]
     whole = make()
-    mesh = distribute(RANKS, open_sliced(saved(whole, folder)))
+    mesh = distribute(RANKS, open_sliced(RANKS, saved(whole, folder)))
     points = vertex_points(whole, sources)
     result = distributed_transport(mesh, source_stars(mesh, points.corners), points, vectors, [time])
     method = VectorHeat(whole, time, solver="direct")
