@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from geomhw.wording import counted
 from geomhw_cli.runtime.job import time_line
 from geomhw_cli.runtime.mpi_runs import RankedCommand, engine_line, heat_line
-from geomhw_cli.runtime.mpi_sources import source_vertices
+from geomhw_cli.runtime.mpi_sources import source_points
 from geomhw_cli.specs.sources import SourceSpecs, source_line
 
 if TYPE_CHECKING:
@@ -26,10 +26,10 @@ def distances_over_ranks(
     """Compute, write and report distances on the mesh of a file that all ranks read."""
     from geomhw.distributed import WRITABLE
 
-    def compute(mesh: "LocalMesh", stages: "Stages") -> "LocalResult":
+    def compute(mesh: "LocalMesh", stages: "Stages", remarks: list[str]) -> "LocalResult":
         from geomhw.distributed import distributed_distance
 
-        return distributed_distance(mesh, source_vertices(mesh, sources), time, bound, stages)
+        return distributed_distance(mesh, source_points(mesh, sources, remarks), time, bound, stages)
 
     RankedCommand("geodesic", {"sources", "time", "bound"}, compute, _lines, WRITABLE).run(mesh_path, outputs, report)
 

@@ -33,14 +33,14 @@ class RankedCommand:
     ----------
     name : of the command.
     options : names of its parameters that exist over ranks, without those of `SHARED`.
-    compute : returns the result on the part of a rank.
+    compute : returns the result on the part of a rank; it may add lines to a list of remarks.
     lines : of the report, from that of the result.
     writable : extensions of its files; the first is the default.
     """
 
     name: str
     options: set[str]
-    compute: "Callable[[LocalMesh, Stages], LocalResult]"
+    compute: "Callable[[LocalMesh, Stages, list[str]], LocalResult]"
     lines: Callable[[Mapping[str, Any]], list[str]]
     writable: Sequence[str]
 
@@ -80,7 +80,8 @@ class RankedCommand:
         with stages("read and distribute"):
             file = open_sliced(ranks, mesh_path)
             mesh = distribute(ranks, file)
-        result = self.compute(mesh, stages)
+        remarks: list[str] = []
+        result = self.compute(mesh, stages, remarks)
         with stages("write"):
             written = write_distributed(result, list(targets))
         engine = _engine(ranks, mesh, _peak_memory() - before)
@@ -88,11 +89,11 @@ class RankedCommand:
             return
         answers = shortened(result.report)
         size = {"vertices": mesh.n_vertices, "faces": file.n_faces, "mean_edge_length": answers.pop("mean_edge_length")}
-        lines = self.lines({**answers, "engine": engine})
+        lines = [*self.lines({**answers, "engine": engine}), *remarks]
         if report["as_json"]:
-            warnings = [line for line in lines if line.startswith("warning: ")]
+            remarks = [line for line in lines if line.startswith(("warning: ", "note: "))]
             head = {"command": self.name, "input": {"path": str(mesh_path)}, "mesh": size, **answers, "engine": engine}
-            print_json({**head, "remarks": warnings, "files": written, "seconds": stages.seconds})
+            print_json({**head, "remarks": remarks, "files": written, "seconds": stages.seconds})
             return
         first = f"mesh: {size['vertices']} vertices, {size['faces']} faces, h = {size['mean_edge_length']:.6g}"
         for line in [first, *lines, *(f"wrote: {path}" for path in written)]:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from geomhw.wording import counted
 from geomhw_cli.runtime.job import time_line
 from geomhw_cli.runtime.mpi_runs import RankedCommand, engine_line, heat_line
-from geomhw_cli.runtime.mpi_sources import source_vertices
+from geomhw_cli.runtime.mpi_sources import source_points
 from geomhw_cli.specs.sources import SourceSpecs, source_line
 
 if TYPE_CHECKING:
@@ -35,10 +35,10 @@ def transport_over_ranks(
     """
     from geomhw.distributed import WRITABLE
 
-    def compute(mesh: "LocalMesh", stages: "Stages") -> "LocalResult":
-        from geomhw.distributed import distributed_transport, source_stars, vertex_sources
+    def compute(mesh: "LocalMesh", stages: "Stages", remarks: list[str]) -> "LocalResult":
+        from geomhw.distributed import distributed_transport, source_stars
 
-        points = vertex_sources(mesh, source_vertices(mesh, sources))
+        points = source_points(mesh, sources, remarks)
         with stages("sources"):
             stars = source_stars(mesh, points.corners)
         given = vectors(stars.mesh, stars.points(points))

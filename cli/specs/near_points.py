@@ -44,12 +44,16 @@ def near_remarks(mesh: "TriangleMesh", places: Sequence[str | None], parts: "Seq
     if not given:
         return []
     diagonal = dist(*(corner.tolist() for corner in bounding_box(mesh)))
-    found = [(dist(triple(place), part.positions(mesh)[0].tolist()), place) for place, part in given]
     return [
-        f"{'warning' if distance > FAR * diagonal else 'note'}: near:{place} is {distance:.4g} from the surface"
-        + (f", {distance / diagonal:.2%} of the diagonal of the mesh" if diagonal else "")
-        for distance, place in found
+        near_remark(place, dist(triple(place), part.positions(mesh)[0].tolist()), diagonal) for place, part in given
     ]
+
+
+def near_remark(place: str, distance: float, diagonal: float) -> str:
+    """The distance of a place in space from a surface of some diagonal; beyond `FAR` a warning."""
+    kind = "warning" if distance > FAR * diagonal else "note"
+    share = f", {distance / diagonal:.2%} of the diagonal of the mesh" if diagonal else ""
+    return f"{kind}: near:{place} is {distance:.4g} from the surface{share}"
 
 
 def shortened_remarks(lines: Sequence[str]) -> list[str]:

@@ -9,7 +9,9 @@ from .ranks import Ranks as Ranks
 from .ranks import connect as connect
 from .slices import SlicedFile as SlicedFile
 from .slices import open_sliced as open_sliced
+from .source_points import face_sources as face_sources
+from .source_points import near_sources as near_sources
+from .source_points import vertex_sources as vertex_sources
 from .source_stars import SourceStars as SourceStars
 from .source_stars import source_stars as source_stars
-from .source_stars import vertex_sources as vertex_sources
 from .vector_heat import distributed_transport as distributed_transport

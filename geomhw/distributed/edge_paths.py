@@ -1,22 +1,20 @@
-"""Distance along edges from source vertices: Dijkstra's algorithm on each rank, again from ghosts that are nearer."""
+"""Distance along edges from sources: Dijkstra's algorithm on each rank, again from ghosts that are nearer."""
 
 import numpy as np
 
-from geomhw.arrays import Floats, Ints
+from geomhw.arrays import Floats
 from geomhw.distributed.assembly import LocalOperators
 from geomhw.distributed.local_mesh import LocalMesh
 from geomhw.geodesic.edge_paths import paths_along_edges
 
 
-def edge_path_distance(mesh: LocalMesh, operators: LocalOperators, sources: Ints) -> Floats:
-    """Return the length of the shortest path along edges from the nearest source vertex, (k,); inf without one.
+def edge_path_distance(mesh: LocalMesh, operators: LocalOperators, known: Floats) -> Floats:
+    """Return the length of the shortest path along edges from the sources, (k,); inf without one.
 
-    sources : rows of ``mesh.vertices``.
+    known : (k + g,) distances at which paths start, inf elsewhere.
     """
     n, k = len(mesh.vertices), mesh.n_own
-    distance = np.full(n, np.inf)
-    distance[sources] = 0.0
-    changed = sources
+    distance, changed = known.copy(), np.flatnonzero(np.isfinite(known))
     while True:
         if len(changed):
             found = paths_along_edges(operators.edges, operators.lengths, n, changed, distance)

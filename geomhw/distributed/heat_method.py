@@ -1,26 +1,26 @@
 """Geodesic distance by the heat method [GIH, algorithm 1] on a mesh that is distributed over MPI ranks."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
 
 import numpy as np
-import scipy.sparse as sp
 
 from geomhw.arrays import Floats, Ints
-from geomhw.distributed.assembly import LocalOperators, assemble
-from geomhw.distributed.components import component_labels
+from geomhw.distributed.assembly import assemble
 from geomhw.distributed.edge_paths import edge_path_distance
 from geomhw.distributed.heat_step import heat_step
 from geomhw.distributed.local_mesh import LocalMesh
-from geomhw.distributed.poisson import DirichletProblem, solve_laplace
+from geomhw.distributed.poisson import DirichletProblem
 from geomhw.distributed.ranks import release_memory
-from geomhw.distributed.source_stars import positions, vertex_sources
+from geomhw.distributed.source_conditions import local_sources, source_heat
+from geomhw.distributed.source_points import vertex_sources
+from geomhw.geodesic.auto_time import LEAST, MOST
 from geomhw.geodesic.diffusion_time import TimeStep, given_time
 from geomhw.geodesic.heat_method import bounded
 from geomhw.geodesic.source_conditions import chord_to_points
 from geomhw.geodesic.unit_field import unit_field
+from geomhw.mesh.surface_points import SurfacePoints
 from geomhw.operators.divergence import divergence_of
 from geomhw.operators.laplacian import backward_euler
 from geomhw.solvers.log_scaled import LogValues
@@ -37,14 +37,18 @@ class LocalResult:
 
 
 def distributed_distance(
-    mesh: LocalMesh, sources: Ints, time: str | float = "auto", bound: bool = True, stages: Stages | None = None
+    mesh: LocalMesh,
+    sources: SurfacePoints | Ints,
+    time: str | float = "auto",
+    bound: bool = True,
+    stages: Stages | None = None,
 ) -> LocalResult:
-    """Return the distance from the nearest of some source vertices, at the vertices of each rank.
+    """Return the distance from the nearest of some sources, at the vertices of each rank.
 
     Parameters
     ----------
     mesh : the part of each rank.
-    sources : (s,) vertices as numbers of the file, the same on all ranks.
+    sources : vertices and points in faces with the numbers of the file, or (s,) vertices, the same on all ranks.
     time : diffusion time t: ``h2``, ``sqrt-h``, a multiple such as ``0.5*h2``, or a number; ``auto`` is ``h2``.
     bound : as in `HeatDistance`.
     stages : measures the time of each stage.
@@ -67,36 +71,36 @@ def distributed_distance(
         operators = assemble(mesh)
         h = operators.mean_edge_length
         step = time_step(time, h)
-        vertex_sources(mesh, sources)
-        numbers = mesh.find(np.unique(sources))
-        at = mesh.local(numbers)
+        points = sources if isinstance(sources, SurfacePoints) else vertex_sources(mesh, sources)
+        conditions = local_sources(mesh, operators, points)
+        known = conditions.known[: mesh.n_own]
     release_memory()
     with stage("paths along edges"):
-        paths = edge_path_distance(mesh, operators, at)
+        paths = edge_path_distance(mesh, operators, conditions.known)
     release_memory()
     with stage("heat"):  # I. (M + tS) u = u0
         assemble_heat = partial(backward_euler, operators.areas, operators.stiffness, step.t)
-        u0 = _source_heat(mesh, operators, assemble_heat, numbers)
+        u0 = source_heat(mesh, operators, assemble_heat, conditions)
         S, on_surface = operators.stiffness, operators.areas > 0
         del operators  # S is half of it
         u, heat_report = heat_step(mesh, assemble_heat, u0, paths / np.sqrt(step.t), step.t / h**2)
         del assemble_heat
     release_memory()
     with stage("directions and divergence"):  # II. X = -∇u/|∇u|
-        div = _divergence(mesh, u, at)
+        div = _divergence(mesh, u, conditions.vertices)
     release_memory()
     with stage("distance"):  # III. Sφ = -Div X
-        held = ~np.isfinite(paths)
-        held[at[at < mesh.n_own]] = True
-        problem = DirichletProblem(mesh, S, held)
+        held, fixed = ~np.isfinite(paths) | np.isfinite(known), np.where(np.isfinite(known), known, 0.0)
+        problem, left = DirichletProblem(mesh, S, held), -div - S @ mesh.with_ghosts(fixed)
         del S
         release_memory()
-        phi, poisson_report = problem.solve(-div)
-        phi[~np.isfinite(paths)] = np.inf
-        places = positions(mesh, np.unique(sources))
-        phi, findings = bounded(phi, paths, paths > 0, lambda low: chord_to_points(mesh.vertices[low], places), bound)
+        phi, poisson_report = problem.solve(left)
+        phi = np.where(np.isfinite(paths), phi + fixed, np.inf)
+        phi, findings = bounded(
+            phi, paths, known > 0, lambda low: chord_to_points(mesh.vertices[low], conditions.positions), bound
+        )
     report = {
-        "sources": sources.tolist(),
+        "sources": points.report(),
         **_extremes(mesh, phi),
         "unreachable_vertices": int(mesh.ranks.sum(int((np.isinf(phi) & on_surface).sum()))),
         "time": step.report(h),
@@ -126,27 +130,10 @@ def _first_largest(mesh: LocalMesh, values: Floats) -> tuple[int, float]:
 
 def time_step(asked: str | float, h: float) -> TimeStep:
     """Return the diffusion time on a mesh of mean edge length h; ``auto`` is h²."""
-    return TimeStep(h**2, "auto", "h²") if str(asked).strip() == "auto" else given_time(asked, h)
-
-
-def _source_heat(
-    mesh: LocalMesh, operators: LocalOperators, assemble_heat: Callable[[], sp.csr_array], numbers: Ints
-) -> Floats:
-    """u0, (k,), integrated: 1 at a source alone on its component; otherwise all are equally warm, with mean 1."""
-    own = numbers[(numbers >= mesh.first) & (numbers < mesh.first + mesh.n_own)] - mesh.first
-    u0 = np.zeros(mesh.n_own)
-    u0[own] = 1.0
-    if len(numbers) == 1:
-        return u0
-    labels = component_labels(mesh, operators.edges)[own]
-    if len(np.unique(np.concatenate(mesh.ranks.comm.allgather(labels)))) == len(numbers):
-        return u0
-    # u = 1 at the sources, and (M + tS) u = 0 elsewhere
-    A = assemble_heat()
-    u = solve_laplace(mesh, A, np.zeros(mesh.n_own), (u0 > 0) | (operators.areas == 0), u0)[0]
-    shares = (A @ mesh.with_ghosts(u))[own]
-    u0[own] = shares * (len(numbers) / mesh.ranks.sum(float(shares.sum())))
-    return u0
+    if str(asked).strip() != "auto":
+        return given_time(asked, h)
+    unclear = LEAST <= h**-1.5 <= MOST  # √h/h²
+    return TimeStep(h**2, "auto", "h²; only one process compares it with √h" if unclear else "h²")
 
 
 def _divergence(mesh: LocalMesh, heat: LogValues, sources: Ints) -> Floats:

@@ -6,8 +6,6 @@ import numpy as np
 
 from geomhw.arrays import Floats, Ints
 from geomhw.distributed.local_mesh import BLOCK, LocalMesh
-from geomhw.errors import ArgumentError
-from geomhw.mesh.named_points import vertices_as_points
 from geomhw.mesh.surface_points import SurfacePoints
 from geomhw.mesh.triangle_mesh import TriangleMesh
 
@@ -31,6 +29,12 @@ class SourceStars:
         faces = np.where(sources.faces < 0, -1, np.searchsorted(self.faces, sources.faces))
         return SurfacePoints(faces, np.searchsorted(self.vertices, sources.corners), sources.weights, sources.filled)
 
+    def own_rows(self, mesh: LocalMesh) -> tuple[Ints, Ints]:
+        """Return the rows of a rank's vertices that are here, and their places among ``vertices``."""
+        rows = mesh.find(self.vertices) - mesh.first
+        here = np.flatnonzero((rows >= 0) & (rows < mesh.n_own))
+        return rows[here], here
+
 
 def source_stars(mesh: LocalMesh, vertices: Ints) -> SourceStars:
     """Return the faces at some vertices of the file, the same on all ranks; each rank scans its slice of the file."""
@@ -46,25 +50,6 @@ def source_stars(mesh: LocalMesh, vertices: Ints) -> SourceStars:
     corners, faces = (np.concatenate(ranks.comm.allgather(np.concatenate(part))) for part in (found, numbers))
     used = np.unique(corners)
     return SourceStars(TriangleMesh(positions(mesh, used), np.searchsorted(used, corners)), used, faces)
-
-
-def vertex_sources(mesh: LocalMesh, vertices: Ints) -> SurfacePoints:
-    """Return vertices of the file as sources, the same on all ranks.
-
-    Raises
-    ------
-    ArgumentError
-        If a vertex does not exist, or belongs to no face.
-    """
-    n = mesh.n_vertices
-    for outside in vertices[(vertices < 0) | (vertices >= n)][:1]:
-        raise ArgumentError(f"source {outside} is not a vertex: the mesh has {n} (0 to {n - 1})")
-    at = mesh.local(mesh.find(np.unique(vertices)))
-    loose = np.setdiff1d(at[at < mesh.n_own], mesh.faces)
-    for bad in mesh.ranks.comm.allgather(mesh.part.in_file[loose].tolist()):
-        for vertex in bad[:1]:
-            raise ArgumentError(f"source {vertex} belongs to no face; choose a vertex on the surface")
-    return vertices_as_points(vertices)
 
 
 def positions(mesh: LocalMesh, vertices: Ints) -> Floats:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from geomhw.arrays import Complexes, Floats, Ints
+from geomhw.arrays import Complexes, Floats
 from geomhw.distributed.assembly import LocalOperators, assemble
 from geomhw.distributed.connection import connection_stiffness, require_one_side, tangent_frames
 from geomhw.distributed.edge_paths import edge_path_distance
@@ -103,7 +103,7 @@ class _VectorHeat:
         tangent: Floats,
     ) -> None:
         self._mesh, self._operators, self._frames = mesh, operators, frames
-        self._at, self._here = _own_rows(mesh, stars)
+        self._at, self._here = stars.own_rows(mesh)
         self._size = np.linalg.norm(tangent, axis=1)
         self._impulse = self._own(points.impulse(stars.mesh.n_vertices))
         self._weighted = self._own(points.impulse(stars.mesh.n_vertices, self._size))
@@ -112,7 +112,7 @@ class _VectorHeat:
         self._exact = self._own(points[vertices].impulse(stars.mesh.n_vertices)) > 0
         warm = mesh.with_ghosts(self._impulse > 0)
         #: Path lengths along edges from the corners of the sources, (k,).
-        self.paths = edge_path_distance(mesh, operators, np.flatnonzero(warm))
+        self.paths = edge_path_distance(mesh, operators, np.where(warm, 0.0, np.inf))
 
     def __call__(self, step: TimeStep) -> tuple[dict[str, Floats], dict[str, Any]]:
         """Return the fields, (k, 3), and the methods of the heat steps, for a report."""
@@ -161,10 +161,3 @@ class _VectorHeat:
         """Y0 at the vertices of this rank, (k,)."""
         vectors = self._own(from_complex(stars.mesh, spread_to_corners(stars.mesh, points, tangent)))
         return in_frames(self._frames[: self._mesh.n_own], vectors)
-
-
-def _own_rows(mesh: LocalMesh, stars: SourceStars) -> tuple[Ints, Ints]:
-    """Rows of the vertices of a rank that belong to stars, and their places there."""
-    rows = mesh.find(stars.vertices) - mesh.first
-    here = np.flatnonzero((rows >= 0) & (rows < mesh.n_own))
-    return rows[here], here

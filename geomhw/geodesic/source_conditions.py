@@ -52,11 +52,12 @@ def _segment_heat(mesh: TriangleMesh, sources: SurfacePoints) -> Floats:
     return np.asarray(heat + sources[alone].impulse(mesh.n_vertices))
 
 
-def known_distances(mesh: TriangleMesh, sources: SurfacePoints) -> Floats:
+def known_distances(mesh: TriangleMesh, sources: SurfacePoints, components: Ints | None = None) -> Floats:
     """Return distances near the sources, (n,), inf where unknown.
 
     They are 0 at source vertices, and straight lines to the corners of the faces that contain a source. Where another
-    source is nearer in space, the distance on the surface may be shorter too, and is unknown.
+    source is nearer in space, the distance on the surface may be shorter too, and is unknown. components: labels of
+    vertices, (n,), where the mesh is a part of another one; by default its own.
     """
     if len(sources.segments):  # exact at the corners of the faces that contain them
         from geomhw.geodesic.exact import ExactDistance
@@ -70,6 +71,7 @@ def known_distances(mesh: TriangleMesh, sources: SurfacePoints) -> Floats:
     if len(sources.vertices) == len(sources):
         distance[sources.vertices] = 0.0
         return distance
+    components = mesh.components if components is None else components
     faces, positions = _containing_faces(mesh, sources.within_faces)
     corners = mesh.faces[faces]
     np.minimum.at(distance, corners, np.linalg.norm(mesh.vertices[corners] - positions[:, None], axis=2))
@@ -78,10 +80,10 @@ def known_distances(mesh: TriangleMesh, sources: SurfacePoints) -> Floats:
         candidate = (distance[start] == 0) & np.isfinite(distance[end])
         np.minimum.at(distance, end[candidate], mesh.edge_lengths[candidate])
     finite = np.flatnonzero(np.isfinite(distance))
-    known = distance[finite] <= _chords(mesh, sources, finite) * (1 + ROUNDING)
+    known = distance[finite] <= _chords(mesh, sources, finite, components) * (1 + ROUNDING)
     # The Poisson problem needs one known distance per component: that of the vertex nearest to a source.
     ascending = finite[np.argsort(distance[finite], kind="stable")]
-    known |= np.isin(finite, ascending[np.unique(mesh.components[ascending], return_index=True)[1]])
+    known |= np.isin(finite, ascending[np.unique(components[ascending], return_index=True)[1]])
     distance[finite[~known]] = np.inf
     return distance
 
@@ -116,10 +118,10 @@ def _to_segments(points: Floats, positions: Floats, sources: SurfacePoints) -> F
     return nearest
 
 
-def _chords(mesh: TriangleMesh, sources: SurfacePoints, vertices: Ints) -> Floats:
+def _chords(mesh: TriangleMesh, sources: SurfacePoints, vertices: Ints, components: Ints) -> Floats:
     """The chord from each vertex to the nearest source of its component, (k,)."""
     chords = np.full(len(vertices), np.inf)
-    of_sources, of_vertices = mesh.components[sources.corners[:, 0]], mesh.components[vertices]
+    of_sources, of_vertices = components[sources.corners[:, 0]], components[vertices]
     for component in np.unique(of_vertices):  # each has a source
         here = of_vertices == component
         chords[here] = chord_to_nearest(mesh, sources[of_sources == component], vertices[here])

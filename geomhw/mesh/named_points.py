@@ -1,6 +1,6 @@
 """Points of a mesh that are named by vertices, faces and barycentric coordinates, with checks of what is given."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -114,8 +114,12 @@ def face_point(mesh: TriangleMesh, face: int, weights: ArrayLike | None = None) 
 
 def face_points(mesh: TriangleMesh, faces: Sequence[int] | Ints, weights: ArrayLike) -> SurfacePoints:
     """Select points in faces, (k,), by barycentric coordinates, (k, 3); check each as `face_point` does."""
-    face, b = np.asarray(faces), np.asarray(weights, dtype=float)
-    m = mesh.n_faces
+    return points_in_faces(np.asarray(faces), weights, mesh.n_faces, lambda face: mesh.faces[face])
+
+
+def points_in_faces(face: Ints, weights: ArrayLike, m: int, corners_of: Callable[[Ints], Ints]) -> SurfacePoints:
+    """Select points as `face_points` does on a mesh of m faces; corners_of: returns the corners, (k, 3), of faces."""
+    b = np.asarray(weights, dtype=float)
     for outside in face[(face < 0) | (face >= m)][:1]:
         raise ArgumentError(f"face {outside} does not exist: the mesh has {m} faces (0 to {m - 1})")
     if b.shape != (len(face), 3):
@@ -134,7 +138,7 @@ def face_points(mesh: TriangleMesh, faces: Sequence[int] | Ints, weights: ArrayL
             raise ArgumentError(sentence.format(face=face[k], given=", ".join(f"{x:g}" for x in b[k]), sum=sums[k]))
     b = np.where(b < SNAP, 0.0, b)
     b /= b.sum(axis=1, keepdims=True)
-    corners = mesh.faces[face].astype(np.int64)
+    corners = corners_of(face).astype(np.int64)
     at_corner = np.count_nonzero(b, axis=1) == 1
     corners[at_corner] = corners[at_corner, b[at_corner].argmax(axis=1), None]
     b[at_corner] = 1.0, 0.0, 0.0

@@ -34,11 +34,16 @@ def nearest_points(mesh: TriangleMesh, points: ArrayLike) -> SurfacePoints:
     """Find the closest points of the surface to points in space, (k, 3); it raises as `nearest_point` does."""
     from geomhw.mesh.closest_faces import closest_faces
 
+    places = near_places(points, *bounding_box(mesh))
+    return face_points(mesh, *closest_faces(mesh, places))
+
+
+def near_places(points: ArrayLike, low: Floats, high: Floats) -> Floats:
+    """Check points in space, (k, 3), against the bounding box of a mesh as `nearest_point` does, and return them."""
     places = np.asarray(points, dtype=float)
     if places.ndim != 2 or places.shape[1] != 3 or not np.isfinite(places).all():
         wrong = places[~np.isfinite(places).all(axis=1)] if places.shape[1:] == (3,) else places
         raise ArgumentError(f"a point in space has three finite coordinates, not {wrong[0].tolist()}")
-    low, high = bounding_box(mesh)
     diagonal = float(np.linalg.norm(high - low))
     with np.errstate(over="ignore"):
         distance = np.hypot.reduce(places - (low + high) / 2, axis=1)
@@ -47,7 +52,7 @@ def nearest_points(mesh: TriangleMesh, points: ArrayLike) -> SurfacePoints:
             f"the point {', '.join(f'{x:g}' for x in places[k])} is {distance[k]:.3g} away from the mesh, whose "
             f"bounding box has a diagonal of {diagonal:.3g}; give a point near the surface"
         )
-    return face_points(mesh, *closest_faces(mesh, places))
+    return places
 
 
 def bounding_box(mesh: TriangleMesh) -> tuple[Floats, Floats]:

@@ -90,6 +90,18 @@ def test_files(ranks: int, folder: Path, distance: np.ndarray) -> None:
     assert np.allclose(np.load(folder / "a.npy"), distance, rtol=0, atol=1e-8)
 
 
+def test_sources(folder: Path) -> None:
+    """Sources in faces and near places, with their remarks, as one process has them."""
+    sources = ["ball.ply", "--source", "face:3:0.2,0.3,0.5", "--source", "near:0,0,1.5", "--source", "12-14", "--time"]
+    report = json.loads(over_ranks(2, folder, *sources, "h2", "--json", "-o", "a.npy").stdout)
+    alone = [*GEOMHW, "geodesic", *sources, "h2", "-o", "b.vtp", "--json"]
+    expected = json.loads(subprocess.run(alone, cwd=folder, check=True, capture_output=True, text=True).stdout)
+    assert sorted(map(str, report["sources"])) == sorted(map(str, expected["sources"]))
+    assert [line for line in report["remarks"] if "near:0,0,1.5" in line]
+    assert set(report["remarks"]) <= set(expected["remarks"])
+    assert np.abs(np.load(folder / "a.npy") - read(folder / "b.vtp")["distance"]).max() <= 1e-8
+
+
 def test_vectors(folder: Path) -> None:
     """``vecdiffuse`` writes pieces and gathered files with the vectors of one process, also for the default angle."""
     options = ["ball.ply", "--source", "7", "--source", "2000", "--angle", "30", "--angle", "-70.5", "--dt", "h2"]
@@ -151,7 +163,8 @@ def test_default_source_and_file(folder: Path) -> None:
     [
         (["ball.ply", "--robust"], ["--robust", "--engine petsc"], 2),
         (["ball.ply", "--png", "a.png"], ["--png", "--engine petsc"], 2),
-        (["ball.ply", "--source", "face:3"], ["vertices"], 2),
+        (["ball.ply", "--source", "boundary"], ["sources", "face:17"], 2),
+        (["ball.ply", "--source", "face:99999"], ["face 99999"], 2),
         (["ball.ply", "--source", "99999"], ["99999"], 2),
         (["ball.ply", "--time", "-1"], ["time"], 2),
         (["ball.ply", "-o", "a.obj"], [".obj", ".pvtu"], 2),
