@@ -32,8 +32,8 @@ from geomhw.solvers.heat_sweeps import (
 )
 from geomhw.solvers.log_scaled import LogValues
 
-#: Layers of vertices of other ranks that a rank sweeps over, too. With two, sweeps converge as on one rank.
-LAYERS = 2
+#: Layers of vertices of other ranks that a rank sweeps over, too. With three, sweeps converge as on one rank.
+LAYERS = 3
 
 
 class HeatSweeps:

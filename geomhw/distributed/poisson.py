@@ -61,10 +61,11 @@ class DirichletProblem:
             self._ranks, self.matrix, np.where(self._held, 0.0, rhs), tolerance, self.precondition
         )
         self.matrix.destroy()
+        x[self._held] = 0.0  # GAMG leaves rounding errors there
         return x, report
 
-    def precondition(self, preconditioner: Any) -> str:
-        """Set a PETSc preconditioner to BoomerAMG, or GAMG where PETSc is without hypre; return its name."""
+    def precondition(self, preconditioner: Any) -> None:
+        """Set a PETSc preconditioner to BoomerAMG, or GAMG where PETSc is without hypre."""
         petsc = self._ranks.petsc
         preconditioner.setOperators(self.matrix)
         try:
@@ -72,16 +73,15 @@ class DirichletProblem:
             preconditioner.setHYPREType("boomeramg")
         except petsc.Error:
             preconditioner.setType("gamg")
-            return "gamg"
+            return
         options = petsc.Options()
         for name, value in BOOMERAMG.items():
             if not options.hasName(option := f"pc_hypre_boomeramg_{name}"):  # PETSC_OPTIONS decide
                 options.setValue(option, value)
-        return "boomeramg"
 
 
 def conjugate_gradients(
-    ranks: Ranks, matrix: Any, rhs: Floats, tolerance: float, precondition: Callable[[Any], str]
+    ranks: Ranks, matrix: Any, rhs: Floats, tolerance: float, precondition: Callable[[Any], None], prefix: str = ""
 ) -> tuple[Floats, dict[str, Any]]:
     """Solve A x = b for the rows of a rank; return x, and iterations and preconditioner for a report.
 
@@ -90,7 +90,8 @@ def conjugate_gradients(
     matrix : A as a matrix of PETSc, symmetric and positive definite.
     rhs : b in the rows of this rank.
     tolerance : of the preconditioned residual, relative to that of zero.
-    precondition : sets a preconditioner of PETSc and returns its name.
+    precondition : sets a preconditioner of PETSc; PETSC_OPTIONS may replace it.
+    prefix : of the names of options of PETSc.
 
     Raises
     ------
@@ -98,15 +99,17 @@ def conjugate_gradients(
         If the iteration does not converge.
     """
     solver = ranks.petsc.KSP().create(ranks.comm)
+    solver.setOptionsPrefix(prefix)
     solver.setOperators(matrix)
     solver.setType("cg")
-    name = precondition(solver.getPC())
+    precondition(solver.getPC())
     solver.setTolerances(rtol=tolerance, atol=0.0, max_it=MOST_ITERATIONS)
     b, x = matrix.createVecLeft(), matrix.createVecRight()
     b.setArray(rhs)
     solver.setFromOptions()
     solver.solve(b, x)
     found, reason, iterations = x.getArray().copy(), solver.getConvergedReason(), solver.getIterationNumber()
+    name = preconditioner_name(solver.getPC())
     for item in (solver, b, x):
         item.destroy()
     if reason <= 0:
@@ -115,6 +118,12 @@ def conjugate_gradients(
             "look for faces of nearly no area"
         )
     return found, {"iterations": iterations, "preconditioner": name}
+
+
+def preconditioner_name(preconditioner: Any) -> str:
+    """Return the name of a PETSc preconditioner, for a report."""
+    kind = str(preconditioner.getType())
+    return str(preconditioner.getHYPREType()) if kind == "hypre" else kind
 
 
 def solve_laplace(

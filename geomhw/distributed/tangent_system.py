@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from geomhw.arrays import Complexes, Floats
 from geomhw.distributed.local_mesh import LocalMesh
-from geomhw.distributed.poisson import DirichletProblem, conjugate_gradients
+from geomhw.distributed.poisson import DirichletProblem, conjugate_gradients, preconditioner_name
 from geomhw.operators.parallel_transport import from_frames, in_frames
 
 
@@ -40,18 +40,19 @@ class TangentSystem:
         """As `solve_laplace`."""
         problem = DirichletProblem(mesh, self._scalar(), held)
         preconditioner = mesh.ranks.petsc.PC().create(mesh.ranks.comm)
-        name = problem.precondition(preconditioner)
+        problem.precondition(preconditioner)
+        preconditioner.setFromOptions()
         petsc, size = mesh.ranks.petsc, (2 * mesh.n_own, 2 * mesh.n_vertices)
         operator = petsc.Mat().createPython((size, size), _Operator(mesh, matrix, held), comm=mesh.ranks.comm)
         operator.setUp()
 
-        def precondition(chosen: Any) -> str:
+        def precondition(chosen: Any) -> None:
             chosen.setType("python")
             chosen.setPythonContext(_BySpaceComponent(problem, preconditioner, self._frames))
-            return name
 
         left = np.where(held, 0.0, rhs - matrix @ mesh.with_ghosts(values))
-        x, report = conjugate_gradients(mesh.ranks, operator, left.view(float), tolerance, precondition)
+        x, report = conjugate_gradients(mesh.ranks, operator, left.view(float), tolerance, precondition, "tangent_")
+        report["preconditioner"] = preconditioner_name(preconditioner)
         for item in (operator, preconditioner, problem.matrix):
             item.destroy()
         return np.where(held, values, x.view(complex)), report

@@ -18,4 +18,6 @@ def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool 
 def pytest_configure(config: pytest.Config) -> None:
     """Give each rank temporary folders of its own: pytest of one rank would remove those of another."""
     if config.option.basetemp is None and "OMPI_COMM_WORLD_RANK" in os.environ:
-        config.option.basetemp = tempfile.mkdtemp(prefix="geomhw-rank-")
+        folder = tempfile.TemporaryDirectory(prefix="geomhw-rank-", ignore_cleanup_errors=True)
+        config.add_cleanup(folder.cleanup)
+        config.option.basetemp = folder.name

@@ -1,5 +1,6 @@
 """Distances over MPI ranks against those of one process; every rank runs every test (``make test-mpi``)."""
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -8,6 +9,7 @@ import pytest
 from mpi4py import MPI
 
 from geomhw.distributed import distribute, distributed_distance, open_sliced
+from geomhw.distributed.poisson import DirichletProblem
 from geomhw.errors import ArgumentError, FormatError, MeshError
 from geomhw.geodesic import HeatDistance
 from geomhw.mesh import TriangleMesh
@@ -38,7 +40,10 @@ COUNTS = {
     "strip": (34, 13),
     "two components": (21, 7),
     "camelhead": ([13, 11, 10, 11, 15, 15, 12, 12, 6], 15),
+    "genus 2": (31.6, 9),
 }
+#: The same iterations with GAMG.
+GAMG_COUNTS = {"sphere": 17, "genus 2": 21, "camelhead": 69}
 
 
 @pytest.mark.parametrize("bound", [True, False], ids=["bounded", "unbounded"])
@@ -67,6 +72,51 @@ def test_equal_to_one_process(name: str, bound: bool, folder: Path) -> None:
         counts = of_heat["per_vertex"] if of_heat["method"] == "sweeps" else of_heat["iterations"]
         assert np.abs(np.subtract(counts, COUNTS[name][0])).max() <= 2
         assert abs(poisson - COUNTS[name][1]) <= 2
+
+
+@pytest.fixture
+def gamg() -> Iterator[None]:
+    """The preconditioner as with PETSC_OPTIONS."""
+    options = RANKS.petsc.Options()
+    options.setValue("pc_type", "gamg")
+    yield
+    options.delValue("pc_type")
+
+
+@pytest.mark.usefixtures("gamg")
+@pytest.mark.parametrize("name", GAMG_COUNTS)
+def test_gamg(name: str, folder: Path) -> None:
+    """With GAMG, distances are as accurate, in about equally many iterations on any number of ranks."""
+    if name == "camelhead" and not REFERENCE:
+        pytest.skip("the reference meshes are missing")
+    make, sources, time = CASES[name]
+    whole = make()
+    mesh = distribute(RANKS, open_sliced(RANKS, saved(whole, folder)))
+    result = distributed_distance(mesh, np.array(sources), time)
+    known = HeatDistance(whole, time, solver="direct").from_vertices(sources)["distance"]
+    assert np.abs(in_order(mesh, result.fields["distance"]) - known).max() <= 1e-8 * known.max()
+    assert result.report["poisson"]["preconditioner"] == "gamg"
+    assert abs(result.report["poisson"]["iterations"] - GAMG_COUNTS[name]) <= 3
+
+
+def test_without_hypre() -> None:
+    """Where PETSc is without hypre, the preconditioner is GAMG."""
+
+    class WithoutHypre:
+        kind = ""
+
+        def setOperators(self, matrix: Any) -> None:
+            pass
+
+        def setType(self, kind: str) -> None:
+            if kind == "hypre":
+                raise RANKS.petsc.Error(86)
+            self.kind = kind
+
+    found, problem = WithoutHypre(), object.__new__(DirichletProblem)
+    problem._ranks, problem.matrix = RANKS, None
+    problem.precondition(found)
+    assert found.kind == "gamg"
 
 
 def test_no_rank_has_the_whole_mesh(folder: Path) -> None:

@@ -59,6 +59,16 @@ def test_equal_to_one_process(name: str, folder: Path) -> None:
     assert result.report["sources"] == expected.report["sources"]
 
 
+def test_gamg(folder: Path) -> None:
+    """In rounds, the scalar preconditioner of each component may be GAMG."""
+    options = RANKS.petsc.Options()
+    options.setValue("pc_type", "gamg")
+    try:
+        test_equal_to_one_process("sphere, long time", folder)
+    finally:
+        options.delValue("pc_type")
+
+
 def away_from_the_cut_locus(method: VectorHeat, points: Any, vectors: Any) -> Any:
     """Mask of the vertices at which vectors that arrive on different ways do not cancel."""
     heat = method._heat.from_impulse(points.impulse(method.mesh.n_vertices))
