@@ -1,9 +1,12 @@
 """Runs of a command over MPI ranks: the options that exist there, the files, and the report of rank 0."""
 
 import os
-from collections.abc import Callable, Mapping, Sequence
+import signal
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from threading import Event, Thread
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -23,6 +26,10 @@ if TYPE_CHECKING:
 SHARED = {"mesh_path", "engine", "outputs", "as_json", "quiet", "verbose"}
 #: Environment variables in which MPI libraries give a process its rank.
 RANK_VARIABLES = ("OMPI_COMM_WORLD_RANK", "PMI_RANK", "PMIX_RANK", "SLURM_PROCID")
+#: The sentence of the first rank when it is told to end.
+ENDED = (
+    "the run was ended from outside, as mpirun does when a rank is killed, often for lack of memory; start more ranks"
+)
 
 
 @dataclass(frozen=True)
@@ -58,7 +65,7 @@ class RankedCommand:
             targets = list(outputs) or [Path(f"{mesh_path.stem}.{self.name}{self.writable[0]}")]
             require_writable(targets, self.writable)
             ranks = _needed(connect)
-            with ranks.stopping_together():
+            with _announced_end(ranks), ranks.stopping_together():
                 self._run(ranks, mesh_path, targets, report)
         except (GeomhwError, click.UsageError):
             if _is_later_rank():  # exit code 0: at another one mpirun ends the first rank, perhaps before it prints
@@ -136,6 +143,38 @@ def _needed(connect: "Callable[[], Ranks]") -> "Ranks":
         return connect()
     except ArgumentError as error:
         raise ArgumentError(f"--engine petsc: {error}") from error
+
+
+@contextmanager
+def _announced_end(ranks: "Ranks") -> Iterator[None]:
+    """Let the first rank print a sentence when it is told to end; MPI may never return to its main thread."""
+    if ranks.rank:
+        yield
+        return
+    reader, writer = os.pipe()
+    os.set_blocking(writer, False)
+    before = signal.set_wakeup_fd(writer, warn_on_full_buffer=False)
+    announced = Event()
+    Thread(target=_announce, args=(reader, announced), daemon=True).start()
+    try:
+        yield
+    except KeyboardInterrupt:
+        if not announced.is_set():
+            raise
+        click.get_current_context().exit(128 + signal.SIGTERM)
+    finally:
+        signal.set_wakeup_fd(before)
+        os.close(writer)
+
+
+def _announce(reader: int, announced: Event) -> None:
+    """Print a sentence at the first SIGTERM whose number arrives in a pipe, until that is closed."""
+    while (number := os.read(reader, 1)) and number[0] != signal.SIGTERM:
+        pass
+    if number:
+        announced.set()
+        os.write(2, f"Error: {ENDED}\n".encode())
+    os.close(reader)
 
 
 def _peak_memory() -> int:

@@ -5,6 +5,7 @@ from functools import partial
 from typing import Any
 
 import numpy as np
+import scipy.sparse as sp
 
 from geomhw.arrays import Floats, Ints
 from geomhw.distributed.assembly import assemble
@@ -73,10 +74,9 @@ def distributed_distance(
         step = time_step(time, h)
         points = sources if isinstance(sources, SurfacePoints) else vertex_sources(mesh, sources)
         conditions = local_sources(mesh, operators, points)
-        known = conditions.known[: mesh.n_own]
     release_memory()
     with stage("paths along edges"):
-        paths = edge_path_distance(mesh, operators, conditions.known)
+        paths = edge_path_distance(mesh, operators, conditions.near, conditions.known)
     release_memory()
     with stage("heat"):  # I. (M + tS) u = u0
         assemble_heat = partial(backward_euler, operators.areas, operators.stiffness, step.t)
@@ -90,14 +90,20 @@ def distributed_distance(
         div = _divergence(mesh, u, conditions.vertices)
     release_memory()
     with stage("distance"):  # III. Sφ = -Div X
-        held, fixed = ~np.isfinite(paths) | np.isfinite(known), np.where(np.isfinite(known), known, 0.0)
-        problem, left = DirichletProblem(mesh, S, held), -div - S @ mesh.with_ghosts(fixed)
+        own = conditions.near < mesh.n_own
+        near, known, held = conditions.near[own], conditions.known[own], ~np.isfinite(paths)
+        held[near] = True
+        left = _less_known(mesh, S, -div, near, known)
+        problem = DirichletProblem(mesh, S, held)
         del S
         release_memory()
         phi, poisson_report = problem.solve(left)
-        phi = np.where(np.isfinite(paths), phi + fixed, np.inf)
+        del left
+        phi[near], phi[~np.isfinite(paths)] = known, np.inf
+        positive = np.ones(len(phi), dtype=bool)
+        positive[near] = known > 0
         phi, findings = bounded(
-            phi, paths, known > 0, lambda low: chord_to_points(mesh.vertices[low], conditions.positions), bound
+            phi, paths, positive, lambda low: chord_to_points(mesh.vertices[low], conditions.positions), bound
         )
     report = {
         "sources": points.report(),
@@ -111,6 +117,15 @@ def distributed_distance(
         **_combined(mesh, findings),
     }
     return LocalResult(mesh, {"heat": u.plain, "divergence": div, "distance": phi}, report)
+
+
+def _less_known(mesh: LocalMesh, S: sp.csr_array, rhs: Floats, near: Ints, known: Floats) -> Floats:
+    """The right-hand side less S times the known distances."""
+    if not mesh.ranks.sum(int(known.any())):
+        return rhs
+    values = np.zeros(mesh.n_own)
+    values[near] = known
+    return rhs - S @ mesh.with_ghosts(values)
 
 
 def extreme_vertex(mesh: LocalMesh, axis: int, sign: int) -> int:

@@ -107,8 +107,10 @@ class HeatSweeps:
         state = A.indptr, A.indices, A.data, 1.0 / self._diagonal, b, self._arrival, margin, A.indptr[:-1].copy(), p, w
         outer = self._border, self._outer.indptr, self._outer.indices, self._outer.data, self._ghost_arrival
         end, limit = 0, window
+        # Vectors cancel where they meet. There, residuals of 1e-16 of all terms, `TOLERANCE` · `SMALL`, are rounding.
+        first = FINAL_TOLERANCE if np.iscomplexobj(w) else TOLERANCE
         # On a way longer than the window, over-relaxation would let errors grow: the last sweeps have ω = 1.
-        for factor, tolerance in ((omega, TOLERANCE), (1.0, FINAL_TOLERANCE)):
+        for factor, tolerance in ((omega, first), (1.0, FINAL_TOLERANCE)):
             start, sweeps, reach = 0, 0, -np.inf
             while reach < np.inf:
                 ghosts = self._at_ghosts(p, w)

@@ -23,32 +23,35 @@ class LocalSources:
     Attributes
     ----------
     vertices : rows of ``LocalMesh.vertices`` that are source vertices, own and ghosts.
-    known : (k + g,) distances known near the sources, inf elsewhere.
-    within_faces : (k,) impulse of the points in faces.
+    near, known : rows, own and ghosts, with a known distance, and that distance.
+    corners, shares : rows, own, with a share of the impulse of points in faces, and that share.
     positions : (s, 3) coordinates of all sources, the same on all ranks.
     """
 
     vertices: Ints
+    near: Ints
     known: Floats
-    within_faces: Floats
+    corners: Ints
+    shares: Floats
     positions: Floats
 
 
 def local_sources(mesh: LocalMesh, operators: LocalOperators, points: SurfacePoints) -> LocalSources:
     """Return the conditions at points with the numbers of the file, the same on all ranks."""
     at = mesh.local(mesh.find(np.unique(points.vertices)))
-    known, impulse = np.full(len(mesh.vertices), np.inf), np.zeros(mesh.n_own)
-    known[at] = 0.0
     if not len(points.within_faces):
-        return LocalSources(at, known, impulse, positions(mesh, np.unique(points.vertices)))
+        places = positions(mesh, np.unique(points.vertices))
+        return LocalSources(at, at, np.zeros(len(at)), at[:0], np.empty(0), places)
     stars = source_stars(mesh, np.unique(points.corners))
-    places, (rows, here) = stars.points(points), stars.own_rows(mesh)
+    local, (rows, here) = stars.points(points), stars.own_rows(mesh)
     labels = np.zeros(len(stars.vertices), dtype=np.int64)
     labels[here] = component_labels(mesh, operators.edges)[rows]
     own = np.full(mesh.n_own, np.inf)
-    own[rows] = known_distances(stars.mesh, places, np.asarray(mesh.ranks.sum(labels)))[here]
-    impulse[rows] = places.within_faces.impulse(len(stars.vertices))[here]
-    return LocalSources(at, mesh.with_ghosts(own), impulse, places.positions(stars.mesh))
+    own[rows] = known_distances(stars.mesh, local, np.asarray(mesh.ranks.sum(labels)))[here]
+    distance = mesh.with_ghosts(own)
+    near = np.flatnonzero(np.isfinite(distance))
+    shares = local.within_faces.impulse(len(stars.vertices))[here]
+    return LocalSources(at, near, distance[near], rows, shares, local.positions(stars.mesh))
 
 
 def source_heat(
@@ -61,10 +64,12 @@ def source_heat(
     count = int(mesh.ranks.sum(len(own)))
     labels = component_labels(mesh, operators.edges)[own] if count > 1 else own
     if len(np.unique(np.concatenate(mesh.ranks.comm.allgather(labels)))) == count:
-        return u0 + sources.within_faces
+        u0[sources.corners] += sources.shares
+        return u0
     # u = 1 at the source vertices, and (M + tS) u = 0 elsewhere
     A = assemble_heat()
     u = solve_laplace(mesh, A, np.zeros(mesh.n_own), (u0 > 0) | (operators.areas == 0), u0)[0]
     shares = (A @ mesh.with_ghosts(u))[own]
     u0[own] = shares * (count / mesh.ranks.sum(float(shares.sum())))
-    return u0 + sources.within_faces
+    u0[sources.corners] += sources.shares
+    return u0

@@ -112,7 +112,7 @@ class _VectorHeat:
         self._exact = self._own(points[vertices].impulse(stars.mesh.n_vertices)) > 0
         warm = mesh.with_ghosts(self._impulse > 0)
         #: Path lengths along edges from the corners of the sources, (k,).
-        self.paths = edge_path_distance(mesh, operators, np.where(warm, 0.0, np.inf))
+        self.paths = edge_path_distance(mesh, operators, np.flatnonzero(warm))
 
     def __call__(self, step: TimeStep) -> tuple[dict[str, Floats], dict[str, Any]]:
         """Return the fields, (k, 3), and the methods of the heat steps, for a report."""

@@ -189,10 +189,10 @@ def test_refused(arguments: list[str], words: list[str], code: int, folder: Path
 
 
 def test_killed_rank(tmp_path: Path) -> None:
-    """When a rank is killed, mpirun ends the others with its exit code, and no file is left."""
+    """When a rank is killed, mpirun ends the others with its exit code; one sentence, and no file is left."""
     write_ring_sphere(tmp_path / "big.ply", 300)
     run = subprocess.Popen(
-        command(2, "big.ply", "-o", "a.pvtu"), cwd=tmp_path, env=ENVIRONMENT, stderr=subprocess.DEVNULL
+        command(2, "big.ply", "-o", "a.pvtu"), cwd=tmp_path, env=ENVIRONMENT, stderr=subprocess.PIPE, text=True
     )
     children = Path(f"/proc/{run.pid}/task/{run.pid}/children")
     end = time.monotonic() + 60
@@ -200,5 +200,7 @@ def test_killed_rank(tmp_path: Path) -> None:
         time.sleep(0.1)
     time.sleep(3)
     os.kill(int(ranks[-1]), signal.SIGKILL)
-    assert run.wait(60) == 128 + signal.SIGKILL
+    (sentence,) = sentences(run.communicate(timeout=60)[1])
+    assert "killed" in sentence
+    assert run.returncode == 128 + signal.SIGKILL
     assert [path.name for path in tmp_path.iterdir()] == ["big.ply"]
