@@ -196,9 +196,12 @@ def test_killed_rank(tmp_path: Path) -> None:
     )
     children = Path(f"/proc/{run.pid}/task/{run.pid}/children")
     end = time.monotonic() + 60
-    while not (ranks := children.read_text().split()) and time.monotonic() < end:
+    ranks: list[str] = []
+    while not (ranks and all("libpetsc" in Path(f"/proc/{rank}/maps").read_text() for rank in ranks)):
+        assert time.monotonic() < end
         time.sleep(0.1)
-    time.sleep(3)
+        ranks = children.read_text().split()
+    time.sleep(2)
     os.kill(int(ranks[-1]), signal.SIGKILL)
     (sentence,) = sentences(run.communicate(timeout=60)[1])
     assert "killed" in sentence
