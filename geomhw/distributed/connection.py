@@ -48,7 +48,7 @@ def connection_stiffness(mesh: LocalMesh, S: sp.csr_array, frames: Floats) -> sp
 
 
 def require_one_side(mesh: LocalMesh) -> None:
-    """Raise MeshError unless faces are consistently oriented, and no vertex joins several fans of faces."""
+    """Raise MeshError unless faces are consistently oriented, and each vertex has one fan of faces."""
     k = mesh.n_own
     with mesh.ranks.agreeing():
         if not len(mesh.faces):
@@ -60,8 +60,9 @@ def require_one_side(mesh: LocalMesh) -> None:
             raise MeshError(
                 f"faces at vertex {near} are not consistently oriented; orient them first, as `geomhw repair` does"
             )
-        pinched = pinched_vertices(mesh.faces, table)
+        pinched = pinched_vertices(mesh.faces, table, most=2)
         for bad in pinched[pinched < k][:1]:
             raise MeshError(
-                f"vertex {mesh.part.in_file[bad]} joins several fans of faces; give each its own vertex first"
+                f"vertex {mesh.part.in_file[bad]} joins several fans of faces, or is at an edge of more than two; cut "
+                "the mesh there"
             )

@@ -203,7 +203,10 @@ def corner_fans(faces: Ints, edges: Edges, most: int | None = None) -> tuple[Int
     return rank[labels].reshape(-1, 3), vertex_of[by_vertex]
 
 
-def pinched_vertices(faces: Ints, edges: Edges) -> Ints:
-    """Return the vertices, ascending, whose faces form several fans: groups that share no edge at the vertex."""
-    vertex_of = corner_fans(faces, edges)[1]
+def pinched_vertices(faces: Ints, edges: Edges, most: int | None = None) -> Ints:
+    """Return the vertices, ascending, whose faces form several fans: groups that share no edge at the vertex.
+
+    most : of faces at an edge that connects, as in `fan_labels`.
+    """
+    vertex_of = corner_fans(faces, edges, most)[1]
     return np.unique(vertex_of[1:][vertex_of[1:] == vertex_of[:-1]])

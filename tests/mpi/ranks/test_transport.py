@@ -1,5 +1,6 @@
 """Tangent vectors over MPI ranks against those of one process; every rank runs every test (``make test-mpi``)."""
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -7,11 +8,13 @@ import numpy as np
 import pytest
 
 from geomhw.distributed import distribute, distributed_transport, open_sliced, source_stars
+from geomhw.errors import MeshError
 from geomhw.mesh import TriangleMesh
 from geomhw.mesh.named_points import vertex_points
 from geomhw.mesh.primitives import grid, icosphere, strip
 from geomhw.transport import VectorHeat
-from support.meshes import two_spheres
+from support.hostile import arrays, flipped, hourglass
+from support.meshes import book, two_spheres
 from support.rank_meshes import RANKS, camelhead, genus_two, in_order, saved, with_loose_vertex
 from support.reference import REFERENCE
 
@@ -67,6 +70,23 @@ def test_gamg(folder: Path) -> None:
         test_equal_to_one_process("sphere, long time", folder)
     finally:
         options.delValue("pc_type")
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: TriangleMesh(*flipped(arrays(icosphere(3)))), "oriented"),
+        (lambda: TriangleMesh(*hourglass()), "several fans"),
+        (book, "more than two"),
+    ],
+)
+def test_meshes_without_a_tangent_plane_are_refused(make: Callable[[], TriangleMesh], words: str, folder: Path) -> None:
+    """All ranks refuse a mesh on which vectors do not pass somewhere, with the reason."""
+    whole = make()
+    mesh = distribute(RANKS, open_sliced(RANKS, saved(whole, folder)))
+    points = vertex_points(whole, [0])
+    with pytest.raises(MeshError, match=words):
+        distributed_transport(mesh, source_stars(mesh, points.corners), points, ONE, ["h2"])
 
 
 def away_from_the_cut_locus(method: VectorHeat, points: Any, vectors: Any) -> Any:
