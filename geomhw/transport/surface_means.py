@@ -31,6 +31,8 @@ SHORTEST, ROUNDING, EQUAL = 1e-14, 1e-14, 1e-9
 #: Directions to points, at most, even ones, and lengths as shares of a step, in which the sum may decrease where it
 #: does not in that of the step.
 DIRECTIONS, EVEN_DIRECTIONS, SHARES = 12, range(0, 360, 30), (0.5, 0.1, 0.01)
+#: A step of this length, as a share of the largest distance of a point, changes the sum by rounding.
+NEGLIGIBLE = 1e-7
 #: Minima at a larger distance differ, as a share of the largest distance of a point.
 APART = 1e-5
 
@@ -219,11 +221,11 @@ class _Search:
         return None
 
     def _in_any_direction(self, state: SurfaceMean, number: int) -> tuple[SurfaceMean, Floats] | None:
-        """Return a state in a direction from a vertex that decreases the sum; None if there is none.
+        """Return a state in a direction that decreases the sum; None if there is none.
 
-        At a vertex with an angle far from 2π, the mean of the logarithms may not be such a direction.
+        At a vertex with an angle far from 2π, and at the boundary, the mean of the logarithms may not be one.
         """
-        if len(state.point.vertices) == 0:
+        if state.last_step <= NEGLIGIBLE * state.distances.max():
             return None
         angles = np.asarray(self._log.from_source(state.point)["angle"])[self.targets]
         for share in SHARES:
