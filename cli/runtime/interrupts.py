@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 SIGNALS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
 #: Signals that have arrived, the first of which decides the exit code.
 arrived: list[int] = []
+#: Seconds after which a signal comes again that fell where it cannot end the run.
+AGAIN = 0.005
 
 
 def install() -> None:
@@ -89,7 +91,13 @@ def whole(values: "Iterable[T]") -> "Iterator[T]":
 
 
 def _interrupt(number: int, frame: object) -> None:
-    """Raise KeyboardInterrupt at the first signal, let the second pass while files are cleaned up, end at the third."""
+    """Raise KeyboardInterrupt at the first signal, let the second pass while files are cleaned up, end at the third.
+
+    Not within the import system, which would keep its lock, so that a thread that imports waits forever.
+    """
+    code = getattr(frame, "f_code", None)
+    if code and code.co_filename.startswith("<frozen importlib") and _come_again(number):
+        return
     arrived.append(number)
     if len(arrived) == 1:
         raise KeyboardInterrupt
@@ -97,7 +105,24 @@ def _interrupt(number: int, frame: object) -> None:
         os._exit(exit_code())
 
 
+def _come_again(number: int) -> bool:
+    """Send a signal once more in a moment; return whether that is possible."""
+    if not hasattr(signal, "setitimer"):  # on Windows
+        return False
+
+    def send(_: int, frame: object) -> None:
+        handler = signal.getsignal(number)
+        if callable(handler):
+            handler(number, frame)  # type: ignore[arg-type]
+
+    signal.signal(signal.SIGALRM, send)
+    signal.setitimer(signal.ITIMER_REAL, AGAIN)
+    return True
+
+
 def _ignored(error: "Any") -> None:
-    """Print an error that Python ignores, as in a finalizer, but not an interrupt there, which is remembered."""
+    """Print an error that Python ignores, as in a finalizer; a signal there comes again."""
     if not issubclass(error.exc_type, KeyboardInterrupt):
         sys.__unraisablehook__(error)
+    elif arrived and _come_again(arrived[0]):
+        del arrived[:]

@@ -65,7 +65,7 @@ COMMANDS = {
 }
 #: Files that grow during a run, and are valid at every length.
 GROWING = (".pvd", ".vtp.series", ".csv", ".restart.npz", ".partial.npy", ".partial.json")
-SECONDS = 600
+SECONDS = 120
 
 
 @dataclass(frozen=True)

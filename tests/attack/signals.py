@@ -2,6 +2,7 @@
 
 import random
 import signal
+import subprocess
 import tempfile
 import time
 from collections.abc import Iterator
@@ -55,7 +56,11 @@ def interrupted(kind: str, folder: Path, sent: signal.Signals, moment: float, ag
         if again:
             time.sleep(0.01)
             process.send_signal(sent)
-        _, err = process.communicate(timeout=SECONDS)
+        try:
+            _, err = process.communicate(timeout=SECONDS)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            return ["does not end"]
     if is_pythons(err):
         return [f"{APART}a signal before the first line of the program"]
     after, wrong = outputs(folder), []

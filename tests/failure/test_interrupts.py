@@ -87,11 +87,9 @@ def test_a_signal_that_a_library_swallows() -> None:
 
 
 IN_A_FINALIZER = """
-import signal
+import signal, time
 from geomhw.geodesic.heat_method import HeatDistance
 from geomhw_cli.main import main
-
-computed = HeatDistance.rows
 
 class Last:
     def __del__(self):
@@ -100,7 +98,7 @@ class Last:
 
 def rows(self, sets):
     Last()
-    return computed(self, sets)
+    time.sleep(10)
 
 HeatDistance.rows = rows
 main()
@@ -108,10 +106,41 @@ main()
 
 
 def test_a_signal_in_a_finalizer() -> None:
-    """Python ignores errors there; the run ends as if the signal came at the end, without a traceback."""
+    """Python ignores errors there; the signal comes again, and ends the run without a traceback."""
     answer = answer_of(IN_A_FINALIZER, *MATRIX, "-q")
-    assert answer.returncode == 128 + signal.SIGTERM
-    assert answer.stderr.strip() == "Error: interrupted when all was done"
+    assert (answer.returncode, answer.stdout) == (128 + signal.SIGTERM, "")
+    assert answer.stderr.strip().startswith("Error: interrupted")
+    assert "all was done" not in answer.stderr
+    assert not Path("D.npy").exists()
+
+
+IN_THE_IMPORT_SYSTEM = """
+import functools, signal, sys, time, types
+import importlib._bootstrap as bootstrap
+from geomhw.geodesic.heat_method import HeatDistance
+from geomhw_cli.main import main
+
+def rows(self, sets):
+    locks, released = bootstrap._imp, []
+    interrupted = functools.partial(signal.raise_signal, signal.SIGTERM)
+    bootstrap._imp = types.SimpleNamespace(acquire_lock=interrupted, release_lock=lambda: released.append(True))
+    try:
+        bootstrap._get_module_lock("geomhw")
+    finally:
+        bootstrap._imp = locks
+        print("released" if released else "kept")
+    time.sleep(10)
+
+HeatDistance.rows = rows
+main()
+"""
+
+
+def test_a_signal_in_the_import_system() -> None:
+    """The import system releases its lock before the signal ends the run; else other threads would wait forever."""
+    answer = answer_of(IN_THE_IMPORT_SYSTEM, *MATRIX, "-q")
+    assert (answer.returncode, answer.stdout.strip()) == (128 + signal.SIGTERM, "released")
+    assert answer.stderr.strip() == "Error: interrupted"
 
 
 AT_THE_END = """
