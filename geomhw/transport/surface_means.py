@@ -30,7 +30,7 @@ STEPS, HALVINGS = 500, 30
 SHORTEST, ROUNDING, EQUAL = 1e-14, 1e-14, 1e-9
 #: Directions to points, at most, even ones, and lengths as shares of a step, in which the sum may decrease where it
 #: does not in that of the step.
-DIRECTIONS, EVEN_DIRECTIONS, SHARES = 12, range(0, 360, 30), (0.5, 0.1, 0.01)
+DIRECTIONS, EVEN_DIRECTIONS, SHARES = 8, range(0, 360, 45), (0.5, 0.02)
 #: A step of this length, as a share of the largest distance of a point, changes the sum by rounding.
 NEGLIGIBLE = 1e-7
 #: Minima at a larger distance differ, as a share of the largest distance of a point.

@@ -6,11 +6,14 @@ import pytest
 from attack import files, metamorphic, states
 from attack.run import attack
 
+#: Methods that take seconds a mesh.
+SLOW = ("center",)
+
 
 @pytest.mark.parametrize("first", [3, 13])
 def test_random_meshes(first: int) -> None:
     """Four meshes of random families under every change."""
-    assert [*chain.from_iterable(metamorphic.attack(100, 4, first=first))] == []
+    assert [*chain.from_iterable(metamorphic.attack(100, 4, first, without=SLOW))] == []
 
 
 def test_hostile_files() -> None:
