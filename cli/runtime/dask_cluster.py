@@ -3,7 +3,7 @@
 import logging
 import time
 from collections import deque
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import contextmanager
 from importlib import import_module
 from math import inf
@@ -74,7 +74,9 @@ def in_order(client: Any, function: Callable[..., Any], items: Sequence[Any], *s
         client.cancel(list(waiting))
 
 
-def as_they_end(client: Any, function: Callable[[Any], Any], items: Sequence[Any]) -> Iterator[tuple[Any, Any]]:
+def as_they_end(
+    client: Any, function: Callable[[Any], Any], items: Sequence[Any]
+) -> Generator[tuple[Any, Any], None, None]:
     """Yield each item with function(item) when that ends."""
     futures = {client.submit(function, item, pure=False): item for item in items}
     try:

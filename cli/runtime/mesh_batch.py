@@ -6,13 +6,15 @@ import re
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 from threading import Event, Lock
 from typing import TYPE_CHECKING, Any
 
+from geomhw_cli.runtime.interrupts import delayed
 from geomhw_cli.runtime.progress import progress
 
 if TYPE_CHECKING:
@@ -61,7 +63,7 @@ def mesh_names(meshes: Sequence[str]) -> list[str]:
 
 
 #: A function that runs tasks, and yields each with its outcome when it ends.
-RunTasks = Callable[[Sequence[Task]], Iterable[tuple[Task, dict[str, Any]]]]
+RunTasks = Callable[[Sequence[Task]], Generator[tuple[Task, dict[str, Any]], None, None]]
 
 
 class _Stopped(Exception):
@@ -120,17 +122,19 @@ class Runner:
                 process.terminate()
 
 
-def run_here(tasks: Sequence[Task], jobs: int) -> Iterator[tuple[Task, dict[str, Any]]]:
+def run_here(tasks: Sequence[Task], jobs: int) -> Generator[tuple[Task, dict[str, Any]], None, None]:
     """Run tasks on this machine, some at a time; yield each with its outcome when it ends."""
     runner = Runner()
     with ThreadPoolExecutor(jobs) as threads:
-        futures = {threads.submit(runner, task): task for task in tasks}
         try:
+            with delayed():  # an executor does not wait for a thread whose start was interrupted
+                futures = {threads.submit(runner, task): task for task in tasks}
             for future in as_completed(futures):
                 yield futures[future], future.result()
         except BaseException:
             threads.shutdown(wait=False, cancel_futures=True)
             runner.stop()
+            threads.shutdown()  # which remove their unfinished files
             raise
 
 
@@ -139,8 +143,8 @@ def run_batch(tasks: Sequence[Task], run: RunTasks) -> tuple[list[dict[str, Any]
     outcomes = {task.name: former for task in tasks if (former := task.former())}
     kept = len(outcomes)
     waiting = [task for task in tasks if task.name not in outcomes]
-    with progress("batch") as bar:
-        for done, (task, outcome) in enumerate(run(waiting), start=1):
+    with progress("batch") as bar, closing(run(waiting)) as found:
+        for done, (task, outcome) in enumerate(found, start=1):
             outcomes[task.name] = outcome
             bar(done / len(waiting))
     return [_row(task, outcomes[task.name]) for task in tasks], kept

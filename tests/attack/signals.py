@@ -41,8 +41,8 @@ def attack(seed: int, count: int) -> Iterator[list[str]]:
 
 
 def is_pythons(err: str) -> bool:
-    """Whether a message is of an interrupt while Python starts, before the first line of the program."""
-    lines = [line for line in err.splitlines() if line.lstrip().startswith("File ")]
+    """Whether a message is of an interrupt while Python starts, before the first line of `geomhw_cli.main`."""
+    lines = [line for line in err.splitlines() if line.lstrip().startswith("File ") and "__main__.py" not in line]
     ours = any(f'"{folder}/' in line for line in lines for folder in OURS)
     return "KeyboardInterrupt" in err and "Traceback" in err and not ours
 
