@@ -121,8 +121,11 @@ def _come_again(number: int) -> bool:
 
 
 def _ignored(error: "Any") -> None:
-    """Print an error that Python ignores, as in a finalizer; a signal there comes again."""
-    if not issubclass(error.exc_type, KeyboardInterrupt):
+    """Print an error that Python ignores, as in a finalizer; a signal there comes again.
+
+    After a signal, finalizers of objects that are not complete fail; they are of no interest.
+    """
+    if not arrived:
         sys.__unraisablehook__(error)
-    elif arrived and _come_again(arrived[0]):
+    elif issubclass(error.exc_type, KeyboardInterrupt) and _come_again(arrived[0]):
         del arrived[:]

@@ -114,6 +114,31 @@ def test_a_signal_in_a_finalizer() -> None:
     assert not Path("D.npy").exists()
 
 
+HALF_BUILT = """
+import os, signal
+from geomhw.geodesic.heat_method import HeatDistance
+from geomhw_cli.main import main
+
+class HalfBuilt:
+    def __init__(self):
+        os.kill(os.getpid(), signal.SIGTERM)
+        self.whole = True
+
+    def __del__(self):
+        print(self.whole)
+
+HeatDistance.rows = lambda self, sets: HalfBuilt()
+main()
+"""
+
+
+def test_the_finalizer_of_an_object_that_a_signal_left_incomplete() -> None:
+    """Its error is not printed."""
+    answer = answer_of(HALF_BUILT, *MATRIX, "-q")
+    assert (answer.returncode, answer.stdout) == (128 + signal.SIGTERM, "")
+    assert "AttributeError" not in answer.stderr
+
+
 IN_THE_IMPORT_SYSTEM = """
 import functools, signal, sys, time, types
 import importlib._bootstrap as bootstrap
