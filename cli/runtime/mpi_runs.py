@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 SHARED = {"mesh_path", "engine", "outputs", "as_json", "quiet", "verbose"}
 #: Environment variables in which MPI libraries give a process its rank.
 RANK_VARIABLES = ("OMPI_COMM_WORLD_RANK", "PMI_RANK", "PMIX_RANK", "SLURM_PROCID")
-#: The sentence of the first rank when it is told to end.
+#: What the first rank prints at SIGTERM.
 ENDED = (
     "the run was ended from outside, as mpirun does when a rank is killed, often for lack of memory; start more ranks"
 )
@@ -147,7 +147,7 @@ def _needed(connect: "Callable[[], Ranks]") -> "Ranks":
 
 @contextmanager
 def _announced_end(ranks: "Ranks") -> Iterator[None]:
-    """Let the first rank print a sentence when it is told to end; MPI may never return to its main thread."""
+    """Print `ENDED` at SIGTERM, on the first rank, by a thread: MPI may never return to the main one."""
     if ranks.rank:
         yield
         return
