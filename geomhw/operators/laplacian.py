@@ -6,12 +6,17 @@ import numpy as np
 import scipy.sparse as sp
 
 from geomhw.arrays import Floats
+from geomhw.mesh.geometry import corner_sum
 from geomhw.mesh.polyhedral import PolyhedralSurface
 from geomhw.operators.edge_matrix import edge_matrix, weight_sums
 
 
-def stiffness(mesh: PolyhedralSurface) -> sp.csr_array:
+def stiffness(mesh: PolyhedralSurface, coefficients: Floats | None = None) -> sp.csr_array:
     """Assemble the cotan stiffness S.
+
+    Parameters
+    ----------
+    coefficients : (m,) array, c of the integral of c ∇φ_i · ∇φ_j on each face; 1 by default.
 
     Returns
     -------
@@ -35,7 +40,11 @@ def stiffness(mesh: PolyhedralSurface) -> sp.csr_array:
     >>> float(abs(S.sum(axis=0)).max()) < 1e-13
     True
     """
-    weights = mesh.edge_cotan_weights
+    if coefficients is None:
+        weights = mesh.edge_cotan_weights
+    else:
+        halves = mesh.cotangents * (coefficients / (2 * mesh.sheets))[:, None]
+        weights = corner_sum(halves, mesh.edge_table.of_faces, mesh.n_edges)
     return edge_matrix(mesh.edges, -weights, weight_sums(mesh.edges, weights, mesh.n_vertices))
 
 

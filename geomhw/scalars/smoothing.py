@@ -8,9 +8,7 @@ import scipy.sparse as sp
 from geomhw.arrays import Floats
 from geomhw.errors import ArgumentError
 from geomhw.intrinsic.divided_faces import divided_faces
-from geomhw.mesh.geometry import corner_sum
 from geomhw.mesh.polyhedral import PolyhedralSurface
-from geomhw.operators.edge_matrix import edge_matrix, weight_sums
 from geomhw.operators.laplacian import stiffness
 from geomhw.operators.mass import mean_mass
 from geomhw.solvers.auto import LaplaceSolver
@@ -107,7 +105,7 @@ class HeatSmoothing:
         self._areas = surface.vertex_areas
         self._free = self._areas > 0
         self._components = mesh.components
-        is_narrow = fwhm < NARROW * surface.edge_lengths.mean()
+        is_narrow = fwhm < NARROW * surface.mean_edge_length
         fine = divided_faces(surface) if is_narrow else surface
         self._steps = NARROW_STEPS if is_narrow else STEPS
         self._mass = mean_mass(fine)
@@ -154,10 +152,7 @@ class HeatSmoothing:
 
 def _spread(surface: PolyhedralSurface) -> sp.csr_array:
     """Assemble S_c/2, the stiffness with a coefficient c/2 = Σl²/96 in each face with edges l, (n, n)."""
-    squares = (surface.edge_lengths**2)[surface.edge_table.of_faces].sum(axis=1)
-    cotangents = surface.cotangents * (squares / (192 * surface.sheets))[:, None]
-    weights = corner_sum(cotangents, surface.edge_table.of_faces, len(surface.edge_lengths))
-    return edge_matrix(surface.edges, -weights, weight_sums(surface.edges, weights, surface.n_vertices))
+    return stiffness(surface, (surface.edge_lengths**2)[surface.edge_table.of_faces].sum(axis=1) / 96)
 
 
 def _inverse(areas: Floats) -> Floats:
