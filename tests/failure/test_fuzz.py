@@ -23,7 +23,7 @@ from geomhw.mesh.ear_clipping import triangulate_polygons
 FUZZ = Path(__file__).parents[1] / "fuzz"
 SEEDS = {name: sorted((FUZZ / "corpus" / name).iterdir()) for name in TARGETS}
 FOUND = sorted(path for path in (FUZZ / "found").iterdir())
-DAMAGED_EACH, FORKED_EACH = 110, 12
+DAMAGED_EACH = 110
 SECONDS = 1.0
 #: Bytes of memory per byte of a file, and for any file (imported modules, tables of a decoder).
 MEMORY_A_BYTE, MEMORY, LZMA_MEMORY = 20, 1 << 20, 72 << 20
@@ -49,9 +49,9 @@ def test_damaged(name: str) -> None:
     """Files damaged at random, the same ones each time, take bounded time and memory."""
     seeds, chance = [path.read_bytes() for path in SEEDS[name]], random.Random(name)
     feed(name, seeds[0])
-    for number in range(FORKED_EACH if f".{name}" in FORMATS else DAMAGED_EACH):
+    for number in range(DAMAGED_EACH):
         data = mutated(seeds, chance)
-        if f".{name}" in FORMATS:  # these are limited in a process of their own
+        if f".{name}" in FORMATS:  # limited by themselves
             feed(name, data)
             continue
         allowed = MEMORY_A_BYTE * len(data) + (LZMA_MEMORY if b"LZMA" in data else MEMORY)

@@ -36,6 +36,9 @@ def test_through_meshio_in_file_order(tmp_path, capfd, extension):
     assert capfd.readouterr() == ("", "")
 
 
+GRID = [(1, 0, 0), (2, 1, 0), (3, 1, 1), (4, 0, 1)]
+
+
 def test_faces_of_second_order(tmp_path):
     """Faces with nodes on their sides are divided at the nodes; each piece has the values of its face."""
     path = tmp_path / "moo.msh"
@@ -62,6 +65,31 @@ def test_pieces_of_second_order(kind, nodes):
     assert (result.mesh.area_vectors[:, 2] > 0).all()
     assert result.mesh.face_areas.sum() == pytest.approx(2 if nodes < 8 else 4)
     assert set(result.mesh.faces.ravel().tolist()) == set(range(nodes))
+
+
+@pytest.mark.parametrize(
+    ("kind", "property", "remarks"),
+    [
+        ("CTRIA3", "", ["left out the array nastran:ref, which not all cells have"]),
+        ("CTRIA6", "5", []),
+    ],
+)
+def test_blanks_in_nastran(tmp_path, kind, property, remarks):
+    """The property of a face, and the nodes on the sides of faces of second order, may be left blank."""
+    path = tmp_path / "moo.nas"
+    faces = [(kind, 1, property, 1, 2, 3), ("CQUAD4", 2, "5", 1, 2, 3, 4)]
+    cards = [*(("GRID", i, "", f"{x}.", f"{y}.", "0.") for i, x, y in GRID), *faces]
+    lines = ["BEGIN BULK", *("".join(f"{field:<8}" for field in card) for card in cards), "ENDDATA", ""]
+    path.write_text("\n".join(lines))
+    result = read(path)
+    assert result.mesh.n_faces == 3
+    assert result.report.get("remarks", []) == remarks
+
+
+def test_some_nodes_on_the_sides_are_blank():
+    """A face of second order that lacks one of its nodes is refused."""
+    with pytest.raises(FormatError, match="moo holds faces of kind triangle6 with 5 nodes"):
+        surface("moo", meshio.Mesh(np.eye(5, 3), [("triangle6", [range(5)])]))
 
 
 @pytest.mark.parametrize(("start", "version"), [("$NOD\n1\n1 0 0 0\n$ENDNOD\n", "1"), ("$MeshFormat\n3 0 8\n", "3")])

@@ -32,8 +32,9 @@ _TOO_MUCH = "it asks for more memory than a file of its size can need"
 #: Sections of Gmsh files beside the geometry, as patterns: data on elements, which meshio reads only if all elements
 #: have them, and groups of elements.
 _GMSH_EXTRAS = ("Element(?:Node)?Data", "(?:Element|Node|ElementNode)Data|Periodic|PhysicalNames|Entities")
-#: Faces of second order, and all faces, by meshio's names.
-_CURVED = ("triangle6", "quad8", "quad9")
+#: Faces by meshio's names: their corners, and nodes of second order.
+_CORNERS = {"triangle": 3, "triangle6": 3, "quad": 4, "quad8": 4, "quad9": 4}
+_CURVED = {"triangle6": 6, "quad8": 8, "quad9": 9}
 _FACES = re.compile("triangle6?|quad[89]?|polygon.*")
 _VOLUMES = ("tetra", "hexahedron", "wedge", "pyramid", "penta", "polyhedron", "voxel")
 
@@ -126,19 +127,17 @@ def surface(name: str, mesh: Any) -> Polygons:
         if any(kind.startswith(_VOLUMES) for kind in ignored):
             raise FormatError(f"{name} holds volume cells ({kinds}) and no faces; extract its surface first")
         raise FormatError(f"{name} holds no triangles or polygons" + (f", only {kinds}" if kinds else ""))
-    blocks = [np.asarray(mesh.cells[i].data) for i in faces]
-    if any(block.ndim != 2 or block.dtype.kind not in "iu" for block in blocks):
-        raise FormatError(f"{name} holds faces without corners")
-    types = [mesh.cells[i].type for i in faces]
-    pieces = [_pieces(block, kind) for block, kind in zip(blocks, types, strict=True)]
+    pieces = [_pieces(name, mesh.cells[i]) for i in faces]
     points = np.asarray(mesh.points, dtype=np.float64)
     if points.ndim != 2 or points.shape[1] not in (2, 3):
         raise FormatError(f"{name} holds points of shape {points.shape}; they need two or three coordinates")
     remarks = [*(mesh.info or {}).get("remarks", ())]
     if any(kind.startswith(_VOLUMES) for kind in ignored):
         remarks.append(f"left out cells that are no faces: {', '.join(ignored)}")
-    if curved := sum(len(block) for block, kind in zip(blocks, types, strict=True) if kind in _CURVED):
+    if curved := sum(len(mesh.cells[i].data) for i in faces if _is_curved(mesh.cells[i])):
         remarks.append(f"divided {counted(curved, 'face')} of second order into plane pieces at their nodes")
+    partial = [key for key, values in mesh.cell_data.items() if not _on_all(values, mesh.cells)]
+    remarks += [f"left out the array {key}, which not all cells have" for key in partial]
     return Polygons(
         points=np.pad(points, ((0, 0), (0, 3 - points.shape[1]))),  # a flat file has z = 0
         corners=np.concatenate([corners for corners, _, _ in pieces]).astype(np.int64),
@@ -148,6 +147,7 @@ def surface(name: str, mesh: Any) -> Polygons:
             {
                 key: [np.asarray(values[i])[origin] for i, (_, _, origin) in zip(faces, pieces, strict=True)]
                 for key, values in mesh.cell_data.items()
+                if key not in partial
             }
         ),
         notes={"ignored": ignored} if ignored else {},
@@ -155,11 +155,29 @@ def surface(name: str, mesh: Any) -> Polygons:
     )
 
 
-def _pieces(block: Ints, kind: str) -> tuple[Ints, Ints, Any]:
-    """Corners, flat, and sizes of the polygons of a block, and the cell of each."""
-    if kind in _CURVED:
-        return plane_pieces(block)
-    return block.ravel(), np.full(len(block), block.shape[1]), slice(None)
+def _pieces(name: str, cells: Any) -> tuple[Ints, Ints, Any]:
+    """Corners, flat, and sizes of the polygons of a block of cells, and the cell of each.
+
+    The nodes on the sides of Nastran's faces of second order may be left blank, all of them.
+    """
+    nodes = np.asarray(cells.data)
+    if nodes.ndim != 2 or nodes.dtype.kind not in "iu":
+        raise FormatError(f"{name} holds faces without corners")
+    if _is_curved(cells):
+        return plane_pieces(nodes)
+    if nodes.shape[1] != _CORNERS.get(cells.type, nodes.shape[1]):
+        raise FormatError(f"{name} holds faces of kind {cells.type} with {nodes.shape[1]} nodes")
+    return nodes.ravel(), np.full(len(nodes), nodes.shape[1]), slice(None)
+
+
+def _is_curved(cells: Any) -> bool:
+    return np.shape(cells.data)[1:] == (_CURVED.get(cells.type),)
+
+
+def _on_all(values: list[Any], cells: list[Any]) -> bool:
+    """Whether an array has a value for each cell; Nastran files may name the property of some of them."""
+    sizes = [np.asarray(part).shape[:1] for part in values]
+    return sizes == [(len(block.data),) for block in cells]
 
 
 def _joined(arrays: dict[str, list[Any]]) -> dict[str, NDArray[Any]]:
@@ -180,6 +198,13 @@ def limit(size: int) -> None:
     if sys.platform.startswith("linux"):
         import resource
 
-        used = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
-        most = used + MEMORY + MEMORY_A_BYTE * size
+        most = address_space(size)
         resource.setrlimit(resource.RLIMIT_AS, (most, most))
+
+
+def address_space(size: int) -> int:
+    """Return the bytes that this process (on Linux) may have in all while it reads a file of a size."""
+    import resource
+
+    used = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
+    return used + MEMORY + MEMORY_A_BYTE * size
