@@ -31,6 +31,10 @@ SPACING = 0.25
 NOT_PASSED = {
     "non_manifold_edges": ("edge of more than two faces", "edges of more than two faces"),
     "non_manifold_vertices": ("vertex where several fans of faces meet", "vertices where several fans of faces meet"),
+    "vertices_without_normal": (
+        "vertex whose faces cancel or have no area, where they are zero",
+        "vertices whose faces cancel or have no area, where they are zero",
+    ),
 }
 
 
@@ -139,9 +143,9 @@ def vecdiffuse(
     if "robust" in answers:
         lines.append(robust_line(answers["robust"]))
     if barriers := [counted(answers[name], *words) for name, words in NOT_PASSED.items() if answers.get(name, 0)]:
-        lines.append(f"note: vectors do not pass {' and '.join(barriers)}")
+        lines.append(f"note: vectors do not pass {', '.join(barriers)}")
     if unreached := answers["unreachable_vertices"]:
-        lines.append(f"warning: {counted(unreached, 'vertex', 'vertices')} on components without a source: vectors 0")
+        lines.append(f"warning: no vector reaches {counted(unreached, 'vertex', 'vertices')}: 0 there")
     job.finish(mesh, shortened(answers), lines)
 
 

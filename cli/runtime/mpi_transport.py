@@ -53,5 +53,5 @@ def _lines(answers: Mapping[str, Any]) -> list[str]:
     lines = [source_line(answers["sources"]), *(time_line(step, "dt") for step in answers["times"])]
     lines.append(engine_line(answers["engine"], work))
     if unreached := answers["unreachable_vertices"]:
-        lines.append(f"warning: {counted(unreached, 'vertex', 'vertices')} on components without a source: vectors 0")
+        lines.append(f"warning: no vector reaches {counted(unreached, 'vertex', 'vertices')}: 0 there")
     return lines

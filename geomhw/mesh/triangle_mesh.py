@@ -207,6 +207,13 @@ class TriangleMesh(PolyhedralSurface):
         return frozen(geometry.mean_directions(sums, total))
 
     @cached_property
+    def vertices_without_normal(self) -> Ints:
+        """Vertices with faces that cancel, or have no area; ascending."""
+        bare = np.asarray(~self.vertex_normals.any(axis=1))
+        bare[self.unreferenced_vertices] = False
+        return frozen(np.flatnonzero(bare))
+
+    @cached_property
     def tangent_frames(self) -> Floats:
         """Right-handed orthonormal frames (e1, e2) of the tangent planes at vertices, (n, 2, 3), e1 x e2 = normal.
 

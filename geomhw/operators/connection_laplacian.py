@@ -15,7 +15,7 @@ def connection_stiffness(mesh: TriangleMesh) -> sp.csr_array:
     """Assemble the connection stiffness C of the connection of normals, on vectors in world axes.
 
     C_ii = Σ_j w_ij I and C_ij = -w_ij R_ji with cotan weights w_ij = ½(cot α + cot β), so that
-    VᵀCV = Σ_edges w_ij |V_j - R_ij V_i|².
+    VᵀCV = Σ_edges w_ij |V_j - R_ij V_i|². A vertex without a normal stands alone: R_ij is zero there.
 
     Returns
     -------
@@ -25,7 +25,7 @@ def connection_stiffness(mesh: TriangleMesh) -> sp.csr_array:
     Raises
     ------
     MeshError
-        If a face has zero area or a vertex no normal.
+        If a face has zero area.
 
     References
     ----------
@@ -65,8 +65,8 @@ def complex_connection_stiffness(
     Raises
     ------
     MeshError
-        If a face has zero area or a vertex no normal, or if the surface is one-sided: a tangent vector carried round
-        comes back mirrored there, which no complex number expresses.
+        If a face has zero area, or the surface is one-sided: a tangent vector carried round comes back mirrored there,
+        which no complex number expresses.
 
     References
     ----------

@@ -3,9 +3,10 @@
 from typing import Any, get_args
 
 import numpy as np
+from numpy.typing import NDArray
 
 from geomhw.arrays import Complexes, Floats, Ints
-from geomhw.errors import ArgumentError, MeshError
+from geomhw.errors import ArgumentError
 from geomhw.intrinsic.intrinsic_mesh import IntrinsicMesh
 from geomhw.mesh.geometry import cross, lengths, rows, unit
 from geomhw.mesh.triangle_mesh import TriangleMesh
@@ -26,19 +27,16 @@ def edge_rotations(mesh: TriangleMesh, edges: Ints | None = None) -> Floats:
 
     Returns
     -------
-    (e, 3, 3) array of rotation matrices.
-
-    Raises
-    ------
-    MeshError
-        If a vertex of an edge has no normal, because the faces round it cancel.
+    (e, 3, 3) array of rotation matrices; zero where an end has no normal, because the faces round it cancel.
 
     References
     ----------
     [TVHM, sec. 3.2]
     """
     ni, nj, along = _edge_normals(mesh, edges)
-    return _half_turn(unit(_half_way(ni, nj, along))) @ _half_turn(ni)
+    turns = _half_turn(unit(_half_way(ni, nj, along))) @ _half_turn(ni)
+    turns[_bare(ni, nj)] = 0.0
+    return turns
 
 
 def edge_transport(
@@ -46,7 +44,8 @@ def edge_transport(
 ) -> Complexes:
     """Return the unit complex number r_ij that brings a tangent vector from j to i, for each edge (i, j), i < j.
 
-    The way back is the conjugate.
+    The way back is the conjugate. With the connection of normals r_ij is zero where an end has no normal, because the
+    faces round it cancel: there is no tangent plane.
 
     Parameters
     ----------
@@ -64,7 +63,7 @@ def edge_transport(
     ArgumentError
         If the connection is unknown, or ``intrinsic`` with a surface.
     MeshError
-        If a vertex has no normal or, for ``intrinsic``, the mesh is not an oriented manifold.
+        For ``intrinsic``, if the mesh is not an oriented manifold.
 
     References
     ----------
@@ -77,8 +76,8 @@ def edge_transport(
         return np.asarray(np.exp(1j * (low + np.pi - high)))
     if connection != "normals":
         raise ArgumentError(f"there is no connection '{connection}'; choose from {', '.join(get_args(Connection))}")
-    edges = (surface or mesh).edges
-    return _carried(mesh.tangent_frames, edges, _half_way(*_edge_normals(mesh, surface.edges if surface else None)))
+    edges = surface.edges if surface else None
+    return _carried(mesh.tangent_frames, mesh.edges if edges is None else edges, *_edge_normals(mesh, edges))
 
 
 def transport_between(points: Floats, frames: Floats, pairs: Ints) -> Complexes:
@@ -92,19 +91,20 @@ def transport_between(points: Floats, frames: Floats, pairs: Ints) -> Complexes:
     """
     normals = cross(frames[:, 0], frames[:, 1])
     i, j = pairs.T
-    half = _half_way(rows(normals, i), rows(normals, j), rows(points, j) - rows(points, i))
-    return _carried(frames, pairs, half)
+    return _carried(frames, pairs, rows(normals, i), rows(normals, j), rows(points, j) - rows(points, i))
 
 
-def _carried(frames: Floats, pairs: Ints, half: Floats) -> Complexes:
-    """r_ij for pairs (i, j), (e,), from vectors half-way between their normals, (e, 3)."""
-    i, j = pairs.T
+def _carried(frames: Floats, pairs: Ints, ni: Floats, nj: Floats, along: Floats) -> Complexes:
+    """r_ij for pairs (i, j), (e,), from the normals at both ends and the vectors between them, (e, 3)."""
+    (i, j), half, bare = pairs.T, _half_way(ni, nj, along), _bare(ni, nj)
     e1, e2 = frames.transpose(1, 0, 2)
     # Half turns about n_j, which sends e1 to -e1, and about the normal half-way make the smallest rotation from j to i.
     brought = rows(e1, j)
+    half[bare] = 1.0
     brought -= (2 * _dots(brought, half) / _dots(half, half))[:, None] * half
     r = _dots(brought, rows(e1, i)) + 1j * _dots(brought, rows(e2, i))
-    return np.asarray(r / np.abs(r))
+    r[bare] = 0.0
+    return np.asarray(r / np.where(bare, 1.0, np.abs(r)))
 
 
 def to_complex(mesh: TriangleMesh, vectors: Floats) -> Complexes:
@@ -134,12 +134,12 @@ def _edge_normals(mesh: TriangleMesh, edges: Ints | None) -> tuple[Floats, Float
     ni, nj = rows(mesh.vertex_normals, i), rows(mesh.vertex_normals, j)
     if edges is None and not mesh.is_orientable:
         nj *= mesh.edge_signs[:, None]
-    bare = np.asarray(~mesh.vertex_normals.any(axis=1))
-    if (missing := np.flatnonzero(bare[i] | bare[j])).size:
-        first = missing[0]
-        bad = int(i[first] if bare[i[first]] else j[first])
-        raise MeshError(f"vertex {bad} has no normal: the faces round it cancel; move it, or cut the mesh there")
     return ni, nj, rows(mesh.vertices, j) - rows(mesh.vertices, i)
+
+
+def _bare(ni: Floats, nj: Floats) -> NDArray[np.bool_]:
+    """Whether an end of each edge has no normal, (e,)."""
+    return np.asarray(_dots(ni, ni) * _dots(nj, nj) == 0)
 
 
 def _half_way(ni: Floats, nj: Floats, along: Floats) -> Floats:

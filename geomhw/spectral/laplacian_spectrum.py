@@ -6,7 +6,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from geomhw.arrays import Floats
-from geomhw.errors import ArgumentError
+from geomhw.errors import ArgumentError, MeshError
 from geomhw.flow.harmonic import harmonic_basis, orthonormal
 from geomhw.mesh.cut import cut_at_pinched_vertices
 from geomhw.mesh.polyhedral import PolyhedralSurface
@@ -91,10 +91,12 @@ def connection_spectrum(mesh: TriangleMesh, k: int, connection: Connection = "no
     ArgumentError
         If k exceeds the number of vertices.
     MeshError
-        As `geomhw.operators.complex_connection_stiffness`.
+        As `geomhw.operators.complex_connection_stiffness`; for ``normals``, if the faces round a vertex cancel.
     """
     used = np.ones(mesh.n_vertices, dtype=bool)
     used[mesh.unreferenced_vertices] = False
+    if connection == "normals" and len(bare := mesh.vertices_without_normal):
+        raise MeshError(f"vertex {bare[0]} has no normal: the faces round it cancel; move it, or cut the mesh there")
     K, M = complex_connection_stiffness(mesh, connection), lumped_mass(mesh)
     pairs = smallest_eigenpairs(K[used][:, used], M[used][:, used], k)
     z = np.zeros((mesh.n_vertices, k), dtype=complex)

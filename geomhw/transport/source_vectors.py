@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from geomhw.arrays import Complexes, Floats, Ints
-from geomhw.errors import ArgumentError, FieldError
+from geomhw.errors import ArgumentError, FieldError, MeshError
 from geomhw.mesh.cut import cut_into_sheets
 from geomhw.mesh.surface_points import SurfacePoints
 from geomhw.mesh.tangent_frames import face_frames
@@ -95,7 +95,17 @@ def tangent_vectors(
     ------
     FieldError
         If a vector is normal to the surface.
+    MeshError
+        If a source is a vertex without a normal.
     """
+    bare = (fans.faces < 0) & np.isin(fans.corners[:, 0], mesh.vertices_without_normal)
+    lost = np.setdiff1d(source[bare], source[~bare])
+    if lost.size:
+        vertex = fans.corners[source == lost[0], 0]
+        cancel = np.isin(vertex, np.delete(mesh.faces, mesh.degenerate_faces, axis=0)).any()
+        why = "its faces cancel" if cancel else "all its faces have zero area"
+        raise MeshError(f"vertex {sources.name(lost[0])} has no normal: {why}; take another source")
+    fans, source = fans[~bare], source[~bare]
     frames, vectors = source_frames(mesh, fans), given[source]
     parts = np.einsum("sk,skx->sx", np.einsum("skx,sx->sk", frames, vectors), frames)
     length = np.linalg.norm(parts, axis=1)
@@ -131,6 +141,7 @@ def spread_to_corners(mesh: TriangleMesh, sources: SurfacePoints, tangent: Float
     parts = np.einsum("ckx,cx->kc", mesh.tangent_frames[vertices], vectors) * sources.weights[source, corner]
     y0 = np.zeros(mesh.n_vertices, dtype=complex)
     np.add.at(y0, vertices, parts[0] + 1j * parts[1])
+    y0[mesh.vertices_without_normal] = 0.0
     return y0
 
 

@@ -4,6 +4,7 @@ from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
+from numpy.typing import NDArray
 
 from geomhw.arrays import Complexes, Floats, Ints
 from geomhw.intrinsic.robust import RobustTriangulation
@@ -11,6 +12,7 @@ from geomhw.mesh.cut import cut_into_sheets
 from geomhw.mesh.orientation import orientation_cover, without_duplicate_faces
 from geomhw.mesh.polyhedral import PolyhedralSurface
 from geomhw.mesh.surface_points import SurfacePoints
+from geomhw.mesh.topology import vertex_components
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.operators.connection_laplacian import complex_connection_stiffness
 from geomhw.operators.parallel_transport import from_complex, to_complex
@@ -39,12 +41,38 @@ class TangentDomain:
 
     @cached_property
     def crossings(self) -> dict[str, int]:
-        """Number of edges of more than two faces, and of other vertices with several fans, for a report; no zeros."""
+        """Numbers of what vectors do not pass, for a report; no zeros.
+
+        These are edges of more than two faces, other vertices with several fans, and vertices without a normal.
+        """
         single = without_duplicate_faces(self.mesh)
         edges = single.edges[single.edge_table.face_counts > 2]
         vertices = np.setdiff1d(self._original[self.mesh.n_vertices :], edges)
-        counts = {"non_manifold_edges": len(edges), "non_manifold_vertices": len(vertices)}
+        counts = {
+            "non_manifold_edges": len(edges),
+            "non_manifold_vertices": len(vertices),
+            "vertices_without_normal": len(self.bare) * self.base.n_vertices // self.cover.n_vertices,
+        }
         return {name: count for name, count in counts.items() if count}
+
+    @cached_property
+    def bare(self) -> Ints:
+        """Vertices of the cover that vectors do not pass, since the connection has no tangent plane there."""
+        return self.cover.vertices_without_normal if self.connection == "normals" else np.empty(0, dtype=np.int64)
+
+    def unreached(self, impulse: Floats) -> NDArray[np.bool_]:
+        """Return a mask of the vertices of the cover which no vector from the support of an impulse reaches.
+
+        Vertices without faces or without a normal are not among them.
+        """
+        surface, labels = self.surface, self.surface.components
+        if len(self.bare):
+            passing = ~np.isin(surface.edges, self.bare).any(axis=1)
+            labels = vertex_components(surface.edges[passing], surface.n_vertices)
+        unreached = ~np.isin(labels, labels[np.flatnonzero(impulse)])
+        unreached[surface.unreferenced_vertices] = False
+        unreached[self.bare] = False
+        return np.asarray(unreached)
 
     def split(self, sources: SurfacePoints) -> tuple[SurfacePoints, Ints]:
         """The sources on the base, at a vertex with several fans once for each, and the source of each."""

@@ -103,7 +103,8 @@ class VectorHeat:
         Result with these fields per vertex, tangent and zero on components without a source: ``diffused`` Y, with
         (M + tK) Y = Y0, where a vector within a face gives its shares to the corners; ``transported``, the vectors
         carried along shortest paths, with their lengths. Vectors do not pass edges of more than two faces, and vertices
-        where several fans meet; these have the vector of the fan where the diffused one is longest.
+        where several fans meet; these have the vector of the fan where the diffused one is longest. With the connection
+        of normals they do not pass vertices round which faces cancel, and are zero there.
 
         Raises
         ------
@@ -125,8 +126,8 @@ class VectorHeat:
             Field("diffused", "vertex", domain.vectors(diffused, where)),
             Field("transported", "vertex", domain.vectors(transported, where)),
         ]
-        reached = np.isfinite(indicator.log)[where]
-        return Result(self.mesh, fields, self._report(sources, tangent, reached), sources, tangent)
+        unreached = domain.unreached(domain.impulse(fans))[where]
+        return Result(self.mesh, fields, self._report(sources, tangent, unreached), sources, tangent)
 
     def diffuse(self, vectors: Floats) -> Floats:
         """Return Y with (M + tC) Y = Y0, (n, 3), for tangent vectors Y0 at any vertices, (n, 3), zero elsewhere.
@@ -200,9 +201,7 @@ class VectorHeat:
         A = matrix if len(there) == len(rhs) else matrix[there][:, there]
         return self._heat.solution.scaled(A, rhs[there], -indicator.log[there])
 
-    def _report(self, sources: SurfacePoints, tangent: Floats, reached: NDArray[np.bool_]) -> dict[str, Any]:
-        unreached = ~reached
-        unreached[self.mesh.unreferenced_vertices] = False
+    def _report(self, sources: SurfacePoints, tangent: Floats, unreached: NDArray[np.bool_]) -> dict[str, Any]:
         return {
             "sources": sources.report(),
             "vectors": tangent.tolist(),

@@ -8,6 +8,7 @@ from geomhw.mesh.primitives import grid
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.mesh.vertex_angles import edge_directions
 from geomhw.operators.parallel_transport import edge_rotations, edge_transport
+from geomhw.spectral.laplacian_spectrum import connection_spectrum
 from support.meshes import zoo_mesh
 
 
@@ -25,10 +26,14 @@ def test_intrinsic_refuses_what_has_no_fans() -> None:
 
 
 def test_no_normal_is_named() -> None:
-    """A vertex whose face normals cancel has no tangent plane; the message names it."""
+    """A vertex whose face normals cancel has no tangent plane: vectors do not pass, and the spectrum names it."""
     mesh = TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0]], [[0, 1, 2], [0, 4, 3]])
+    there = (mesh.edges == 0).any(axis=1)
+    assert not edge_transport(mesh)[there].any()
+    assert not edge_rotations(mesh)[there].any()
+    np.testing.assert_allclose(np.abs(edge_transport(mesh)[~there]), 1)
     with pytest.raises(MeshError, match="vertex 0 has no normal"):
-        edge_rotations(mesh)
+        connection_spectrum(mesh, 1)
 
 
 def test_unknown_connection() -> None:

@@ -6,12 +6,14 @@ from typing import get_args
 import numpy as np
 import pytest
 
+from geomhw.errors import MeshError
 from geomhw.flow.harmonic import harmonic_basis
 from geomhw.flow.helmholtz import HelmholtzDecomposition
 from geomhw.flow.tangent_fields import energy
 from geomhw.io import read_mesh
 from geomhw.mesh.cut import cut_at_pinched_vertices
 from geomhw.mesh.named_points import face_point
+from geomhw.mesh.primitives import grid
 from geomhw.mesh.topology import pinched_vertices
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.options import Connection
@@ -23,6 +25,10 @@ from support.reference import needs_reference, reference
 MESHES = pinched_meshes()
 GENUS = {"pinched_torus": 1, "pinched_twice": 1}
 LOOPS = {"bow_tie": [3, 3], "pinched_grid": [22], "pinched_bands": [8, 8, 8, 8]}
+#: A sheet in the plane, and a vector at a vertex of it.
+SHEET = TriangleMesh(grid(8, 4, 8.0, 4.0).vertices - [4.0, 0.0, 0.0], grid(8, 4).faces)
+SOURCE = int(np.flatnonzero((SHEET.vertices == [2.0, 2.0, 0.0]).all(axis=1))[0])
+VECTOR = np.array([[1.0, 2.0, 0.0]])
 MOVES: dict[str, Callable[[Arrays], Arrays]] = {"flipped": flipped, "far away": far_away, "corners": rotated_corners}
 
 
@@ -131,6 +137,38 @@ def test_transport_does_not_pass() -> None:
     values = heat.extend([source], [7.0])
     assert np.isnan(values[lower]).all()
     np.testing.assert_allclose(values[~lower], 7)
+
+
+def folded(flat: TriangleMesh) -> TriangleMesh:
+    """Return a sheet in the plane folded along x = 0."""
+    return TriangleMesh(flat.vertices * [1, 1, 0] * np.sign(flat.vertices[:, :1]) ** [1, 0, 0], flat.faces)
+
+
+@pytest.mark.parametrize("robust", [False, True])
+def test_transport_does_not_pass_a_fold(robust: bool) -> None:
+    """Where a sheet is folded on itself vectors are zero, and no vector reaches the other side."""
+    sheet = folded(SHEET)
+    result = VectorHeat(sheet, robust=robust).from_vertices([SOURCE], VECTOR)
+    x = SHEET.vertices[:, 0]
+    np.testing.assert_allclose(result["transported"], VECTOR * (x > 0)[:, None], atol=1e-6)
+    counts = result.report["vertices_without_normal"], result.report["unreachable_vertices"]
+    assert counts == ((x == 0).sum(), (x < 0).sum())
+
+
+def test_intrinsic_transport_passes_a_fold() -> None:
+    """The connection of angles does not see a fold: vectors are those on the flat sheet, with the other side turned."""
+    flat, over = (VectorHeat(sheet, connection="intrinsic") for sheet in (SHEET, folded(SHEET)))
+    given, found = (method.from_vertices([SOURCE], VECTOR)["transported"] for method in (flat, over))
+    x = SHEET.vertices[:, 0]
+    np.testing.assert_allclose(found[x > 0], given[x > 0], atol=1e-9)
+    np.testing.assert_allclose(found[x < 0], given[x < 0] * [-1, 1, 1], atol=1e-9)
+
+
+def test_no_vector_starts_where_faces_cancel() -> None:
+    """A source at a fold is refused."""
+    sheet = TriangleMesh([[0, 0, 0], [0, 1, 0], [1, 0, 0], [1, 0, 0]], [[0, 2, 1], [1, 3, 0]])
+    with pytest.raises(MeshError, match="vertex 1 has no normal"):
+        VectorHeat(sheet).from_vertices([1], [[1.0, 0.0, 0.0]])
 
 
 def test_transport_does_not_pass_an_edge_of_three_faces() -> None:
