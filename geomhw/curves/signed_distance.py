@@ -156,8 +156,7 @@ def _directed(found: InsertedSources) -> tuple[Ints, tuple[Ints, Ints]]:
     mesh = found.mesh
     start = np.concatenate([chain[:-1] for chain in found.chains])
     end = np.concatenate([chain[1:] for chain in found.chains])
-    keys = mesh.edges[:, 0].astype(np.int64) * mesh.n_vertices + mesh.edges[:, 1]
-    edge = np.searchsorted(keys, np.minimum(start, end).astype(np.int64) * mesh.n_vertices + np.maximum(start, end))
+    edge = mesh.edge_table.between(np.stack([start, end], axis=1))
     upward, downward = (np.zeros(mesh.n_edges, dtype=bool) for _ in range(2))
     upward[edge[start < end]] = True
     downward[edge[start > end]] = True

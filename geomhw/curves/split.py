@@ -9,7 +9,7 @@ import numpy as np
 
 from geomhw.arrays import Floats, Ints
 from geomhw.mesh.cut import cut_along_edges
-from geomhw.mesh.inserted_curves import InsertedCurves, edge_indices, insert_curves
+from geomhw.mesh.inserted_curves import InsertedCurves, insert_curves
 from geomhw.mesh.topology import linked_components
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.results import Field, Result
@@ -204,4 +204,4 @@ def _parts_of_edges(mesh: TriangleMesh, found: InsertedCurves, edges: Ints) -> I
         on = (inserted.corners[:, :, k] == 0) & chosen[mesh.edge_table.of_faces[inserted.parents, k]][:, None]
         face, corner = np.nonzero((on.sum(axis=1) == 2)[:, None] & ~on)
         sides.append(np.stack([joined.faces[face, (corner + 1) % 3], joined.faces[face, (corner + 2) % 3]], axis=1))
-    return edge_indices(joined, np.concatenate(sides))
+    return np.unique(joined.edge_table.between(np.concatenate(sides)))

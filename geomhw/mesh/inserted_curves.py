@@ -40,14 +40,7 @@ class InsertedCurves:
     def edges(self) -> Ints:
         """The different edges of all curves, (e,), ascending, as indices into the edges of the divided mesh."""
         pairs = [np.stack([chain[:-1], chain[1:]], axis=1) for chain in self.chains]
-        return edge_indices(self.mesh, np.concatenate([np.empty((0, 2), dtype=np.int64), *pairs]))
-
-
-def edge_indices(mesh: TriangleMesh, pairs: Ints) -> Ints:
-    """Return the different edges with these ends, (k, 2), ascending, as indices into ``mesh.edges``."""
-    keys = mesh.edges[:, 0].astype(np.int64) * mesh.n_vertices + mesh.edges[:, 1]
-    low, high = pairs.min(axis=1).astype(np.int64), pairs.max(axis=1)
-    return np.unique(np.searchsorted(keys, low * mesh.n_vertices + high))
+        return np.unique(self.mesh.edge_table.between(np.concatenate([np.empty((0, 2), dtype=np.int64), *pairs])))
 
 
 def insert_curves(mesh: TriangleMesh, curves: Sequence[tuple[Ints, Floats]]) -> InsertedCurves:
@@ -113,7 +106,7 @@ class InsertedSources:
         """Return the halfedges 3f + k, ascending, of the sides of faces that some segments consist of."""
         pairs = [np.stack([self.chains[s][:-1], self.chains[s][1:]], axis=1) for s in segments.tolist()]
         chosen = np.zeros(self.mesh.n_edges, dtype=bool)
-        chosen[edge_indices(self.mesh, np.concatenate([np.empty((0, 2), dtype=np.int64), *pairs]))] = True
+        chosen[self.mesh.edge_table.between(np.concatenate([np.empty((0, 2), dtype=np.int64), *pairs]))] = True
         return np.flatnonzero(chosen[self.mesh.edge_table.of_faces.ravel()])
 
 

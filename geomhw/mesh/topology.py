@@ -27,6 +27,12 @@ class Edges:
     face_counts: Ints
     orientation_sums: Ints
 
+    def between(self, ends: Ints) -> Ints:
+        """Return the edges with these ends, (k, 2), in either order, as indices, (k,)."""
+        size = int(self.vertices.max(initial=-1)) + 1
+        keys = self.vertices[:, 0].astype(np.int64) * size + self.vertices[:, 1]
+        return np.searchsorted(keys, ends.min(axis=1).astype(np.int64) * size + ends.max(axis=1))
+
 
 def halfedges(faces: Ints) -> Ints:
     """Return the directed edges, (m, 3, 2): ``[f, k]`` runs from corner k+1 to corner k+2, opposite corner k."""

@@ -60,10 +60,7 @@ def edge_components(mesh: TriangleMesh) -> Ints:
 
 def boundary_loop_edges(mesh: TriangleMesh) -> list[Ints]:
     """Return the edges of each boundary loop, as indices into ``mesh.edges``."""
-    n = mesh.n_vertices
-    keys = mesh.edges[:, 0].astype(np.int64) * n + mesh.edges[:, 1]
-    ends = ((loop.astype(np.int64), np.roll(loop, -1)) for loop in mesh.boundary_loops)
-    return [np.searchsorted(keys, np.minimum(i, j) * n + np.maximum(i, j)) for i, j in ends]
+    return [mesh.edge_table.between(np.stack([loop, np.roll(loop, -1)], axis=1)) for loop in mesh.boundary_loops]
 
 
 def edges_to_vertices(mesh: TriangleMesh, values: Floats) -> Floats:
