@@ -25,7 +25,12 @@ DRAWING = (
     option("--pdf", "FILE", OUTPUT, "The picture as PDF, with texts and color bars as vectors."),
     option("--html", "FILE", OUTPUT, "Page for the browser, to turn and read, as of geomhw view."),
     option("--view", "VIEW", ViewName(), "front, back, left, right, top, bottom or AZIMUTH,ELEVATION in degrees."),
-    option("--up", "x|y|z", Choice(UpAxis), "Axis that points up in pictures.  [default: guessed]"),
+    option(
+        "--up",
+        "x|y|z",
+        Choice(UpAxis),
+        "Axis that points up in pictures.  [default: that of the file's format, or guessed]",
+    ),
     option("--zoom", "F", Number(0.01, 100), "Magnification of the mesh in its panel.", default=1.0),
     option(
         "--width",

@@ -88,15 +88,12 @@ def split(
     from geomhw.curves.split import split_mesh
     from geomhw.io import write
     from geomhw.render.cell_pictures import pieces_picture
-    from geomhw_cli.specs.files import read_input
 
     if not levels and not curves:
         raise click.UsageError("A cut needs --along or --curve.")
     job = Job.plan("split", mesh_path, **files, **report)
-    with job.stage("read"):
-        content = read_input(mesh_path)
-    mesh, job.notes = content.mesh, content.report
-    carried = [field for field in content.fields if field.location != "mesh"]
+    mesh = job.read()
+    carried = [field for field in job.fields if field.location != "mesh"]
     with job.stage("compute"):
         found: list[tuple[Ints, Floats]] = []
         edges = np.empty(0, dtype=np.int64)

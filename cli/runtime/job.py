@@ -109,6 +109,8 @@ class Job:
             content = read_input(self.mesh_path)
         self.log(f"{content.mesh.n_vertices} vertices, {content.mesh.n_faces} faces")
         self.notes, self.fields = content.report, content.fields
+        if self.pictures:
+            self.pictures.stand_as(content)
         return content.mesh
 
     def read_oriented(self) -> "TriangleMesh":

@@ -2,7 +2,7 @@
 
 import shlex
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -40,6 +40,12 @@ class PictureFiles:
         drawn = {kind: path for kind, path in paths.items() if path}
         return cls(drawn, take_look(settings), settings.pop("dpi", None), settings.pop("html", None))
 
+    def stand_as(self, read: "Result") -> None:
+        """Let what points up in the format of a file that was read point up, unless the user chose otherwise."""
+        from geomhw.io.reading import UPWARD
+
+        self.look = replace(self.look, file_up=UPWARD.get(read.report.get("format", ""), ""))
+
     @property
     def files(self) -> list[Path]:
         """All files that are written."""
@@ -58,7 +64,7 @@ class PictureFiles:
         """Write the page, if there is one to write, and return its name. layers: as of `geomhw.render.page`."""
         if self.page is None:
             return []
-        write_page(self.page, frames, times, **layers)
+        write_page(self.page, frames, times, look=self.look, **layers)
         return [str(self.page)]
 
     def write(self, picture: "Picture") -> list[str]:

@@ -14,12 +14,15 @@ from geomhw.io.formats.freesurfer_read import is_surface
 from geomhw.io.formats.gifti_read import GZIP
 from geomhw.io.formats.meshio_read import FORMATS, read_external
 from geomhw.mesh.triangle_mesh import TriangleMesh
+from geomhw.options import UpAxis
 from geomhw.results import Cloud, Result
 
 #: Formats with a reader of our own, ``formats.read_off`` and so on.
 _OWN = (".off", ".obj", ".ply", ".stl", ".vtk", ".vtp", ".vtu", ".gii", ".freesurfer", ".glb", ".gltf", ".3mf")
 #: Extensions that ``read`` knows.
 READABLE = (*_OWN, *FORMATS)
+#: The axis that points up by definition of a format, by its name in a report.
+UPWARD: dict[str, UpAxis] = {"GIFTI": "z", "FreeSurfer": "z", "3MF": "z", "glTF": "y", "GLB": "y"}
 
 
 def read(source: str | Path | BinaryIO, extension: str = "") -> Result:

@@ -30,7 +30,9 @@ class Look:
     view : str
         ``front``, ``back``, ``left``, ``right``, ``top``, ``bottom``, or "AZIMUTH,ELEVATION" in degrees; "": automatic.
     up : {"", "x", "y", "z"}
-        The axis that points up; "": guessed from the mesh.
+        The axis that points up; "": that of the file, or guessed from the mesh.
+    file_up : {"", "x", "y", "z"}
+        The axis that points up by the format of the mesh's file (`geomhw.io.reading.UPWARD`); "": the format has none.
     zoom : float
         Magnification about the center.
     width : int
@@ -51,6 +53,7 @@ class Look:
 
     view: str = ""
     up: str = ""
+    file_up: str = ""
     zoom: float = 1.0
     width: int = PANEL_WIDTH
     colormap: str = ""

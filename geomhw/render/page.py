@@ -20,6 +20,7 @@ from geomhw.errors import FieldError
 from geomhw.mesh.sampling import spread_samples
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.render.colors import color_table
+from geomhw.render.look import AUTOMATIC, Look
 from geomhw.render.view import choose_view
 from geomhw.results import Cloud, Result, answer_rank
 
@@ -38,6 +39,7 @@ def page(
     title: str = "geomhw",
     active: str = "",
     clouds: Mapping[str, Cloud | Sequence[Cloud]] | None = None,
+    look: Look = AUTOMATIC,
 ) -> str:
     """Return an HTML page that shows results in a browser.
 
@@ -54,6 +56,8 @@ def page(
         Name of the array that is shown first; by default the one that answers the question of a command.
     clouds
         Points or polylines by name; points that move are a list, one for each frame.
+    look
+        Its ``view``, ``up`` and ``zoom`` are those at the start.
 
     Raises
     ------
@@ -70,7 +74,7 @@ def page(
     (True, False)
     """
     mesh = _mesh_of(frames, times)
-    view = choose_view(mesh)
+    view = choose_view(mesh, look=look)
     size = float(np.linalg.norm(np.ptp(mesh.vertices, axis=0))) / 2 or 1.0
     center = mesh.vertices.min(axis=0) / 2 + mesh.vertices.max(axis=0) / 2
 

@@ -69,7 +69,7 @@ def choose_view(mesh: TriangleMesh, interest: Sequence[int] = (), look: Look = A
     points = (used - middle) / np.ptp(used, axis=0).max()
     if look.view:
         azimuth, elevation = look.angles
-        up = _UPWARD[look.up] if look.up else guess_up(mesh)
+        up = _upward(mesh, look)
         axes = camera_axes(np.radians(azimuth), np.radians(elevation), up)
     elif _is_flat(points) and not look.up:
         axes = _flat_axes(points, mesh)
@@ -108,6 +108,12 @@ def camera_axes(azimuth: float, elevation: float, up: Ints | Floats) -> Floats:
     return np.stack([across, np.cross(toward, across), toward])
 
 
+def _upward(mesh: TriangleMesh, look: Look) -> Floats:
+    """Return the axis that points up: the user's choice, that of the file, or a guess."""
+    chosen = look.up or look.file_up
+    return _UPWARD[chosen] if chosen else guess_up(mesh)
+
+
 def guess_up(mesh: TriangleMesh) -> Floats:
     """Return the coordinate axis that points up: y, unless the mesh stands far more firmly along another axis."""
     points = surface_samples(mesh, _SAMPLES)
@@ -139,7 +145,7 @@ def _firmness(points: Floats, axis: int) -> float:
 
 def _best_axes(mesh: TriangleMesh, middle: Floats, interest: Sequence[int], look: Look) -> Floats:
     """Return the axes with the highest score."""
-    up = _UPWARD[look.up] if look.up else guess_up(mesh)
+    up = _upward(mesh, look)
     size = np.ptp(mesh.vertices[np.unique(mesh.faces)], axis=0).max()
     bends, bending = _bends(mesh)
     clouds = (surface_samples(mesh, _SAMPLES), bends, mesh.vertices[list(interest)])

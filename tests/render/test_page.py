@@ -9,6 +9,7 @@ import zlib
 from pathlib import Path
 from typing import Any
 
+import nibabel
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -71,6 +72,38 @@ def test_one_file_without_network() -> None:
     assert "<b>" not in text
     assert scene_of(text)["arrays"][0]["name"] == name
     assert len(text) < 3 * (4 * (ball.vertices.size + ball.faces.size + ball.n_vertices)) + 40_000
+
+
+@pytest.mark.parametrize(
+    ("name", "options", "up"),
+    [
+        ("m.surf.gii", "", 2),
+        ("lh.pial", "", 2),
+        ("m.ply", "", 1),
+        ("m.glb", "", 1),
+        ("m.surf.gii", "--up y", 1),
+        ("m.surf.gii", "--view 0,90", 1),
+    ],
+)
+def test_up_is_that_of_the_format(name: str, options: str, up: int, folder: Path) -> None:
+    """What points up by definition of a format points up at the start, for a cortex z; options choose another axis."""
+    mesh = icosphere(3)
+    tall = TriangleMesh(mesh.vertices * [1.0, 2.0, 1.0], mesh.faces)
+    save_as(name, tall)
+    answer = run("geodesic", name, "-o", "d.vtp", "--html", "m.html", *options.split())
+    assert answer.exit_code == 0, answer.stderr
+    assert np.abs(scene_of(Path("m.html").read_text())["axes"][1]).argmax() == up
+    if not options:
+        assert run("view", name, "-o", "v.html").exit_code == 0
+        assert scene_of(Path("v.html").read_text())["axes"] == scene_of(Path("m.html").read_text())["axes"]
+
+
+def save_as(name: str, mesh: TriangleMesh) -> None:
+    """Write a mesh in the format of a name, also in one that the program only reads."""
+    if name == "lh.pial":
+        nibabel.freesurfer.write_geometry(name, mesh.vertices, mesh.faces)
+    else:
+        write(Result(mesh, []), name)
 
 
 def test_series_share_what_does_not_change() -> None:
