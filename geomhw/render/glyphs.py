@@ -137,9 +137,3 @@ def _one_per_cell(points: Floats, size: float) -> Ints:
         cells = (cells[:, 0] * sides[1] + cells[:, 1]) * sides[2] + cells[:, 2]
     _, first = np.unique(cells, axis=0, return_index=True)
     return first
-
-
-def middles(points: Floats, faces: Ints) -> Floats:
-    """Return the barycenters of faces, (m, 3)."""
-    a, b, c = (points[faces[:, k]] for k in range(3))
-    return np.asarray((a + b + c) / 3)

@@ -14,6 +14,7 @@ from geomhw.arrays import Floats
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.options import PANEL_WIDTH
 from geomhw.render import flow_lines, glyphs, texture
+from geomhw.render.arrow_places import arrow_places
 from geomhw.render.colors import Shades, shade
 from geomhw.render.layers import LIGHT, Arrows, Curves, Streaks, Surface, Theme
 from geomhw.render.offscreen import pyvista_import
@@ -185,21 +186,15 @@ class Stage:
 
     def _add_arrows(self, arrows: Arrows) -> None:
         """Add arrows, thinned and lifted off the surface."""
-        per_face = arrows.location == "face"
-        mesh, axes = self.mesh, self.view.axes
-        normals = mesh.face_normals if per_face else mesh.vertex_normals
-        width, height = self.size
+        (width, height), axes = self.size, self.view.axes
         spacing = 2 * arrows.spacing * min(width / height, 1.0)
-        vectors = np.asarray(arrows.vectors, dtype=float)
+        places, vectors, normals = arrow_places(self.mesh, arrows, spacing * self.unit)
         squares = np.einsum("ax,ax->a", vectors, vectors)
         # Arrows at the rim are seen edge-on.
         usable = np.flatnonzero(np.isfinite(squares) & (squares > 0) & (np.abs(normals @ axes[2]) > RIM))
         if not len(usable):
             return
-        if arrows.points is not None:
-            centers = self.view.project(arrows.points[usable]) / self.unit
-        else:
-            centers = glyphs.middles(self._points, mesh.faces[usable]) if per_face else self._points[usable]
+        centers = self.view.project(places[usable]) / self.unit
         kept = glyphs.spread(centers, spacing)
         centers, keep = centers[kept], usable[kept]
         normals, vectors = normals[keep] @ axes.T, vectors[keep] @ axes.T

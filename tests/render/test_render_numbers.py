@@ -6,7 +6,8 @@ import pytest
 from geomhw.mesh import genus_two, primitives
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.render import colors, glyphs, window
-from geomhw.render.layers import Surface
+from geomhw.render.arrow_places import arrow_places
+from geomhw.render.layers import Arrows, Surface
 from geomhw.render.scene import Stage
 from geomhw.render.view import View, choose_view, surface_samples
 from support.pictures import needs_opengl
@@ -250,6 +251,35 @@ def test_ribbons_have_their_width_and_length():
     corners = points[triangles]
     areas = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])[:, 2:], axis=1) / 2
     assert areas.sum() == pytest.approx(0.4 * 3.2)
+
+
+@pytest.mark.parametrize("location", ["vertex", "face"])
+def test_arrows_cover_large_faces(location):
+    """Faces larger than the spacing have arrows all over, in their planes and as long as those at their corners."""
+    mesh = TriangleMesh([[0, 0, 0], [8, 0, 0], [8, 8, 0], [0, 0, -9]], [[0, 1, 2], [0, 3, 1]])  # folded along x
+    given = np.tile([1.0, 0.0, 0.0], (mesh.n_vertices if location == "vertex" else mesh.n_faces, 1))
+    points, vectors, normals = arrow_places(mesh, Arrows(given, location), 1.0)
+    kept = glyphs.spread(points, 1.0)
+    for k, area in enumerate(mesh.face_areas):
+        there = kept[(np.abs(normals[kept] - mesh.face_normals[k]) < 1e-9).all(axis=1)]
+        assert 0.4 * area < len(there) < 1.2 * area
+        assert np.abs((points[there] - mesh.face_centers[k]) @ mesh.face_normals[k]).max() < 1e-12
+    np.testing.assert_allclose(vectors, np.tile([1.0, 0.0, 0.0], (len(points), 1)), atol=1e-12)
+
+
+def test_arrows_at_the_corners_of_large_faces_turn_into_the_face():
+    """Vectors at vertices leave the plane of a face at a crease; within the face they are in it, of full length."""
+    mesh = TriangleMesh([[0, 0, 0], [8, 0, 0], [0, 8, 0]], [[0, 1, 2]])
+    given = np.array([[3.0, 0, 4], [3.0, 0, -4], [3.0, 0, 4]])
+    points, vectors, _ = arrow_places(mesh, Arrows(given, "vertex"), 1.0)
+    np.testing.assert_allclose(vectors[3:], np.tile([5.0, 0.0, 0.0], (len(points) - 3, 1)))
+
+
+def test_small_faces_keep_their_arrows():
+    """On a mesh finer than the spacing, arrows stand at vertices and in the middles of faces."""
+    for location, places in (("vertex", BALL.vertices), ("face", BALL.face_centers)):
+        points, _, _ = arrow_places(BALL, Arrows(np.ones_like(places), location), 0.3)
+        np.testing.assert_array_equal(points, places)
 
 
 def test_arrows_point_along_their_vectors():
