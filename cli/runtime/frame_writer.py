@@ -94,7 +94,7 @@ class FrameWriter:
             prepare()
         if wanted.keys() & set(FILMS):
             load_renderer()
-        return cls(Job(command, mesh_path, **report), series, pictures, wanted, fps)
+        return cls(Job(command, mesh_path, pictures=pictures, **report), series, pictures, wanted, fps)
 
     @property
     def checkpoint(self) -> Path:

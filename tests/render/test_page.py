@@ -94,6 +94,8 @@ def test_up_is_that_of_the_format(name: str, options: str, up: int, folder: Path
     assert answer.exit_code == 0, answer.stderr
     assert np.abs(scene_of(Path("m.html").read_text())["axes"][1]).argmax() == up
     if not options:
+        assert run("advect", name, "--steps", "1", "-o", "a.pvd", "--html", "a.html").exit_code == 0
+        assert scene_of(Path("a.html").read_text())["axes"] == scene_of(Path("m.html").read_text())["axes"]
         assert run("view", name, "-o", "v.html").exit_code == 0
         assert scene_of(Path("v.html").read_text())["axes"] == scene_of(Path("m.html").read_text())["axes"]
 
