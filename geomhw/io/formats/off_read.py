@@ -17,7 +17,9 @@ from geomhw.results import Result
 from geomhw.wording import counted
 
 # The counts may follow the keyword without a space, as in the files of ModelNet.
-KEYWORD = re.compile(rb"((?:ST|C|N)*)(4?n?)OFF(?=[\s\d#]|\Z)|()()off(?=[\s\d#]|\Z)")
+KEYWORD = re.compile(
+    rb"((?:ST(?!(?:C|N)*ST)|C(?!(?:ST|N)*C)|N(?!(?:ST|C)*N))*)(4?n?)OFF(?=[\s\d#]|\Z)|()()off(?=[\s\d#]|\Z)"
+)
 #: The dimension after nOFF, with the blanks and comments before it.
 _DIMENSION = re.compile(rb"((?:\s|#[^\r\n]*)+)(\d{1,9})(?!\S)")
 BINARY = re.compile(rb"[ \t]+BINARY[ \t\r]*\n", re.IGNORECASE)
