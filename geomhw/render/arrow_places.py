@@ -1,4 +1,4 @@
-"""Where arrows may stand: at vertices or in the middles of faces, and all over faces larger than the spacing."""
+"""Where arrows may stand: at vertices or in the middles of faces, and all over large faces."""
 
 import numpy as np
 
@@ -8,8 +8,8 @@ from geomhw.mesh.sampling import area_samples, points_on
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.render.layers import Arrows
 
-#: Samples of large faces for each square of the spacing, of which few remain, and in all.
-DENSITY, MOST = 4, 50_000
+#: Area of a large face in squares of the spacing, samples for each square, of which few remain, and samples in all.
+LARGE, DENSITY, MOST = 4, 4, 50_000
 
 
 def arrow_places(mesh: TriangleMesh, arrows: Arrows, spacing: float) -> tuple[Floats, Floats, Floats]:
@@ -23,7 +23,7 @@ def arrow_places(mesh: TriangleMesh, arrows: Arrows, spacing: float) -> tuple[Fl
     if arrows.points is not None:
         return arrows.points, vectors, normals
     points = mesh.face_centers if per_face else mesh.vertices
-    large = np.flatnonzero(mesh.face_areas > spacing**2)
+    large = np.flatnonzero(mesh.face_areas > LARGE * spacing**2)
     if not len(large):
         return points, vectors, normals
     part = TriangleMesh(mesh.vertices, mesh.faces[large])

@@ -168,7 +168,8 @@ def log_picture(result: Result, look: Look = AUTOMATIC) -> Picture:
     colors = np.full((len(centers), 3), UNKNOWN)
     colors[known] = np.where(dark[:, None], DARK, LIGHT)
     markers, _ = source_marks(Result(mesh, sources=result.sources), SOURCE_COLOR)
-    return draw(mesh, [Panel(surface=Surface(colors, "face"), markers=markers)], look=look)
+    view = choose_view(result.mesh, landmarks(result.mesh, [marker.vertex for marker in markers]), look)
+    return draw(mesh, [Panel(surface=Surface(colors, "face"), markers=markers)], view=view, look=look)
 
 
 def _subdivided(mesh: TriangleMesh, values: Floats) -> tuple[TriangleMesh, Floats]:

@@ -25,10 +25,10 @@ _ELEVATIONS = np.radians([15.0, 35.0, 60.0])
 _STEEP = [0.0, 0.15, 0.5]
 _CELLS = 32
 _SAMPLES = 10_000
-_WEIGHTS = np.array([1.0, 0.3, 0.7, 0.1, 0.8])  # silhouette, bending, bending of the top, points of interest, holes
+#: Of silhouette, bending, bending of the top, points of interest, holes, and all but the last of these points, which
+#: count if the user chose them.
+_WEIGHTS = np.array([1.0, 0.3, 0.7, 0.1, 0.8, 1.5])
 _FACING = 1.0
-#: Added weight of points of interest that the user chose.
-_CHOSEN = 0.6
 #: Smallest number of cells of a hole.
 _HOLE = 4
 #: Height of the base of a mesh, a fraction of its height.
@@ -160,7 +160,8 @@ def _best_axes(mesh: TriangleMesh, middle: Floats, interest: Sequence[int], look
     ahead -= (ahead @ up) * up
     facing = np.array([axes[2] @ ahead for axes in candidates])
     weights = _WEIGHTS.copy()
-    weights[3] += 0.0 if interest[0] == _top(mesh) else _CHOSEN
+    if interest[0] == _top(mesh):  # the default source
+        weights[-1] = 0.0
     scores = shown / np.maximum(shown.max(axis=0), 1e-300) @ weights + _FACING * facing
     scores -= np.repeat(_STEEP, len(_AZIMUTHS))
     # The first of nearly equal scores keeps views of symmetric shapes independent of rounding.
@@ -168,10 +169,14 @@ def _best_axes(mesh: TriangleMesh, middle: Floats, interest: Sequence[int], look
 
 
 def surface_samples(mesh: TriangleMesh, count: int) -> Floats:
-    """Return deterministic, evenly distributed points on the surface, (count, 3)."""
+    """Return deterministic, evenly distributed points on the surface, (count, 3).
+
+    Where not every face has one, faces are taken at random: every k-th may be one of four children of a face.
+    """
     if mesh.face_areas.sum() <= 0:
         return mesh.face_centers
-    return points_on(mesh, *area_samples(mesh, count))
+    order = np.random.default_rng(0).permutation(mesh.n_faces) if mesh.n_faces > count else None
+    return points_on(mesh, *area_samples(mesh, count, order))
 
 
 def _is_flat(points: Floats) -> bool:
@@ -205,7 +210,7 @@ def _bends(mesh: TriangleMesh) -> tuple[Floats, Floats]:
 
 
 def _measure(axes: Floats, cloud: Floats, bends: Floats, bending: Floats, poi: Floats) -> list[float]:
-    """Return the area of the silhouette, the visible bending, the visible points, the number of holes.
+    """Return what `_WEIGHTS` are for: area of the silhouette, visible bending, visible points, number of holes, ...
 
     bending: (k, b), of which each row gives one number. Visibility is by a coarse depth buffer; the extent of the
     points is 1.
@@ -224,4 +229,5 @@ def _measure(axes: Floats, cloud: Floats, bends: Floats, bending: Floats, poi: F
     detail = bending @ in_sight[: len(bends)]
     gaps, _ = ndimage.label(~filled.reshape(2 * _CELLS, -1))
     holes = np.count_nonzero(np.bincount(gaps.ravel())[1:] >= _HOLE) - 1
-    return [silhouette, *detail, in_sight[len(bends) :] @ shares, holes]
+    visible = in_sight[len(bends) :]
+    return [silhouette, *detail, visible @ shares, holes, visible[: max(len(poi) - 1, 1)].mean()]

@@ -2,11 +2,13 @@
 
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 
 from geomhw.mesh import genus_two, primitives
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.render import colors, glyphs, window
 from geomhw.render.arrow_places import arrow_places
+from geomhw.render.curve_pictures import _subdivided
 from geomhw.render.layers import Arrows, Surface
 from geomhw.render.scene import Stage
 from geomhw.render.view import View, choose_view, surface_samples
@@ -53,6 +55,15 @@ def test_solid_is_upright_and_seen_from_a_little_above():
     assert up[1] > 0.7
     assert 0.2 < toward[1] < 0.7
     np.testing.assert_allclose(choose_view(mesh).axes @ choose_view(mesh).axes.T, np.eye(3), atol=1e-12)
+
+
+def test_samples_do_not_depend_on_the_order_of_faces():
+    """Where faces are the children of coarser ones, one kind after the other, samples leave no gap."""
+    fine, _ = _subdivided(BALL, np.zeros(BALL.n_vertices))
+    assert fine.n_faces > 80_000
+    places = surface_samples(fine, 10_000)
+    gap = cKDTree(places).query(fine.face_centers)[0].max()
+    assert gap < 2.5 * np.sqrt(fine.face_areas.sum() / len(places))
 
 
 def test_broad_side_is_shown():
@@ -255,7 +266,7 @@ def test_ribbons_have_their_width_and_length():
 
 @pytest.mark.parametrize("location", ["vertex", "face"])
 def test_arrows_cover_large_faces(location):
-    """Faces larger than the spacing have arrows all over, in their planes and as long as those at their corners."""
+    """Large faces have arrows all over, in their planes and as long as those at their corners."""
     mesh = TriangleMesh([[0, 0, 0], [8, 0, 0], [8, 8, 0], [0, 0, -9]], [[0, 1, 2], [0, 3, 1]])  # folded along x
     given = np.tile([1.0, 0.0, 0.0], (mesh.n_vertices if location == "vertex" else mesh.n_faces, 1))
     points, vectors, normals = arrow_places(mesh, Arrows(given, location), 1.0)

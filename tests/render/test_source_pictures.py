@@ -9,13 +9,16 @@ from geomhw.mesh.primitives import grid, icosphere
 from geomhw.mesh.surface_points import SurfacePoints, concatenate
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.options import PANEL_WIDTH
+from geomhw.render.curve_pictures import log_picture
 from geomhw.render.layers import Panel
+from geomhw.render.look import Look
 from geomhw.render.panels import draw
 from geomhw.render.pictures import SOURCE_COLOR, geodesic_picture
 from geomhw.render.source_marks import MOST_DISCS, source_marks
 from geomhw.render.vector_pictures import LENGTH, transport_picture
 from geomhw.render.vector_pictures import SOURCE_COLOR as ARROW_COLOR
 from geomhw.render.view import choose_view
+from geomhw.transport.log_map import LogarithmicMap
 from geomhw.transport.source_vectors import source_frames, unit_vectors
 from geomhw.transport.vector_heat import VectorHeat, transport_over_times
 from support.pictures import ink, needs_opengl
@@ -145,3 +148,17 @@ def test_results_carry_their_sources() -> None:
     assert result.sources is not None
     np.testing.assert_array_equal(result.sources.faces, [-1, 30])
     np.testing.assert_allclose(result.source_vectors, [[1, 0, 0], [0, 1, 0]], atol=1e-15)
+
+
+@needs_opengl
+def test_the_checkerboard_of_a_logarithmic_map_turns_to_its_source() -> None:
+    """A source that the default view hides is a disc in sight, not a ring with a note."""
+    ball = icosphere(3)
+    lean = np.maximum(ball.vertices[:, 1], 0.0)[:, None] * [0.0, 0.0, 0.8]
+    mesh = TriangleMesh(ball.vertices * [1.0, 1.3, 0.6] + lean, ball.faces)
+    toward = choose_view(mesh).axes[2]
+    source = int((mesh.vertices @ toward).argmin())
+    result = LogarithmicMap(mesh).from_source(vertex_points(mesh, [source]))
+    facing = Look(view="front" if toward[2] < 0 else "back")
+    automatic, faced = (ink(log_picture(result, look), SOURCE_COLOR).sum() for look in (Look(), facing))
+    assert 0.9 < automatic / faced < 1.1
