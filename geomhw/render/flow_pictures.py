@@ -23,8 +23,9 @@ EVEN = 1e-6
 COLOR_SPAN = (0.25, 1.0)
 #: Spacing of arrows as a fraction of the panel.
 SPACING = 0.05
-#: Quantile of the speeds in a frame that is drawn as long as the spacing.
-TYPICAL_SPEED = 0.95
+#: Quantiles of the speeds in a frame: the end of a color bar, and the speed of arrows as long as the spacing, which is
+#: lower, since a jet leaves most of a surface far behind.
+TYPICAL_SPEED, ARROW_SPEED = 0.95, 0.8
 #: Length of a streak at typical speed, as a fraction of √area; tracers store longer paths.
 STREAK = 0.1
 #: Fraction of the vorticities beyond the ends of the color map.
@@ -138,12 +139,12 @@ def _frames(results: Sequence[Result], clouds: Sequence[Cloud]) -> list[list[Pan
     if any(field.name == "pushed" for field in results[0].fields):
         return _pushed_frames(results)
     speeds = np.stack([np.linalg.norm(np.asarray(result["velocity"]), axis=1) for result in results])
-    speed = float(np.quantile(speeds, TYPICAL_SPEED, axis=1).max())  # of the fastest frame
+    speed, arrow = (float(np.quantile(speeds, q, axis=1).max()) for q in (TYPICAL_SPEED, ARROW_SPEED))  # of all frames
     total = _time(results[-1]) - _time(results[0])
     if speed * total < ROUNDING * mesh.mean_edge_length and total:
         speed = 0.0  # nothing moves
     duration = STREAK * float(np.sqrt(mesh.face_areas.sum())) / (speed or 1.0)
-    layers: list[dict[str, Any]] = [{"arrows": _arrows(result, speed)} if speed else {} for result in results]
+    layers: list[dict[str, Any]] = [{"arrows": _arrows(result, arrow or speed)} if speed else {} for result in results]
     if clouds:
         note = f"streaks: the last {duration:.3g} of time" if speed else ""
         layers = [{"streaks": _streaks(mesh, cloud, duration), "note": note} for cloud in clouds]
