@@ -60,11 +60,11 @@ def distributed_transport(
         If heat does not reach the far side.
     """
     stage = stages or Stages()
+    require_one_side(mesh)
     points, given = checked_vectors(sources, vectors)
     places = stars.points(points)
     places, parts, tangent = tangent_vectors(points, given, stars.mesh, places, np.arange(len(points)))
     with stage("assembly"):
-        require_one_side(mesh)
         operators = assemble(mesh)
         frames = tangent_frames(mesh)
     release_memory()
