@@ -49,7 +49,7 @@ def view(
     """
     from geomhw.errors import FieldError
     from geomhw.io import read_cloud
-    from geomhw.io.reading import UPWARD
+    from geomhw.io.reading import upward_axis
     from geomhw.render.look import Look
 
     if output:
@@ -66,7 +66,7 @@ def view(
 
         show_window(frames[-1], array, {name: mark[-1] if mark is tracers else mark for name, mark in marks.items()})
         return
-    look = Look(file_up=UPWARD.get(frames[0].report.get("format", ""), ""))
+    look = Look(file_up=upward_axis(frames[0]))
     write_page(output, frames, times, title=file_stem(mesh_path), active=array or "", clouds=marks, look=look)
     if report["as_json"] and not report["quiet"]:
         print_json({"command": "view", "file": str(mesh_path), "frames": len(frames), "files": [str(output)]})

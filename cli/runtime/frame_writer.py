@@ -30,13 +30,12 @@ FILMS = ("gif", "mp4")
 class FrameWriter:
     """Writes frames during the computation and, at the end, films of them.
 
-    pictures: the contact sheet. extras: paths of the table and the films, by kind. rows: of the table, one per frame.
+    extras: paths of the table and the films, by kind. rows: of the table, one per frame.
     background: the thread that writes frames. can_restart: whether this run has written a checkpoint.
     """
 
     job: Job
     series: "SeriesWriter"
-    pictures: PictureFiles
     extras: dict[str, Path]
     fps: float
     rows: list[dict[str, float]] = field(default_factory=list)
@@ -94,7 +93,13 @@ class FrameWriter:
             prepare()
         if wanted.keys() & set(FILMS):
             load_renderer()
-        return cls(Job(command, mesh_path, pictures=pictures, **report), series, pictures, wanted, fps)
+        return cls(Job(command, mesh_path, pictures=pictures, **report), series, wanted, fps)
+
+    @property
+    def pictures(self) -> PictureFiles:
+        """The contact sheet, and the look of the films."""
+        assert self.job.pictures
+        return self.job.pictures
 
     @property
     def checkpoint(self) -> Path:

@@ -42,9 +42,9 @@ class PictureFiles:
 
     def stand_as(self, read: "Result") -> None:
         """Let what points up in the format of a file that was read point up, unless the user chose otherwise."""
-        from geomhw.io.reading import UPWARD
+        from geomhw.io.reading import upward_axis
 
-        self.look = replace(self.look, file_up=UPWARD.get(read.report.get("format", ""), ""))
+        self.look = replace(self.look, file_up=upward_axis(read))
 
     @property
     def files(self) -> list[Path]:

@@ -5,7 +5,7 @@ import tempfile
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
-from typing import BinaryIO
+from typing import BinaryIO, Literal
 
 from geomhw.errors import FormatError
 from geomhw.io import formats
@@ -22,7 +22,12 @@ _OWN = (".off", ".obj", ".ply", ".stl", ".vtk", ".vtp", ".vtu", ".gii", ".freesu
 #: Extensions that ``read`` knows.
 READABLE = (*_OWN, *FORMATS)
 #: The axis that points up by definition of a format, by its name in a report.
-UPWARD: dict[str, UpAxis] = {"GIFTI": "z", "FreeSurfer": "z", "3MF": "z", "glTF": "y", "GLB": "y"}
+_UPWARD: dict[str, UpAxis] = {"GIFTI": "z", "FreeSurfer": "z", "3MF": "z", "glTF": "y", "GLB": "y"}
+
+
+def upward_axis(content: Result) -> UpAxis | Literal[""]:
+    """Return the axis that points up by definition of the format that a mesh was read from; "": it defines none."""
+    return _UPWARD.get(content.report.get("format", ""), "")
 
 
 def read(source: str | Path | BinaryIO, extension: str = "") -> Result:

@@ -16,6 +16,12 @@ from geomhw.mesh.triangle_mesh import TriangleMesh
 ON_SEGMENT = 1e-11
 
 
+def chain_edges(mesh: TriangleMesh, chains: Sequence[Ints]) -> Ints:
+    """Return the edges between consecutive vertices of chains, as indices into ``mesh.edges``."""
+    pairs = [np.stack([chain[:-1], chain[1:]], axis=1) for chain in chains]
+    return mesh.edge_table.between(np.concatenate([np.empty((0, 2), dtype=np.int64), *pairs]))
+
+
 @dataclass(frozen=True, eq=False)
 class InsertedCurves:
     """A mesh with curves as chains of edges.
@@ -39,8 +45,7 @@ class InsertedCurves:
     @property
     def edges(self) -> Ints:
         """The different edges of all curves, (e,), ascending, as indices into the edges of the divided mesh."""
-        pairs = [np.stack([chain[:-1], chain[1:]], axis=1) for chain in self.chains]
-        return np.unique(self.mesh.edge_table.between(np.concatenate([np.empty((0, 2), dtype=np.int64), *pairs])))
+        return np.unique(chain_edges(self.mesh, self.chains))
 
 
 def insert_curves(mesh: TriangleMesh, curves: Sequence[tuple[Ints, Floats]]) -> InsertedCurves:
@@ -104,9 +109,8 @@ class InsertedSources:
 
     def sides(self, segments: Ints) -> Ints:
         """Return the halfedges 3f + k, ascending, of the sides of faces that some segments consist of."""
-        pairs = [np.stack([self.chains[s][:-1], self.chains[s][1:]], axis=1) for s in segments.tolist()]
         chosen = np.zeros(self.mesh.n_edges, dtype=bool)
-        chosen[self.mesh.edge_table.between(np.concatenate([np.empty((0, 2), dtype=np.int64), *pairs]))] = True
+        chosen[chain_edges(self.mesh, [self.chains[s] for s in segments.tolist()])] = True
         return np.flatnonzero(chosen[self.mesh.edge_table.of_faces.ravel()])
 
 

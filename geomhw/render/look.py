@@ -32,7 +32,7 @@ class Look:
     up : {"", "x", "y", "z"}
         The axis that points up; "": that of the file, or guessed from the mesh.
     file_up : {"", "x", "y", "z"}
-        The axis that points up by the format of the mesh's file (`geomhw.io.reading.UPWARD`); "": the format has none.
+        The axis that points up by the format of the mesh's file, of `upward_axis`; "": the format has none.
     zoom : float
         Magnification about the center.
     width : int

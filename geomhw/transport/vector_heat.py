@@ -116,7 +116,8 @@ class VectorHeat:
         sources, given = checked_vectors(sources, vectors)
         fans, parts, tangent = tangent_vectors(sources, given, domain.base, *domain.split(sources))
         y0 = domain.source_field(fans, parts)
-        indicator = self._heat.from_impulse(domain.impulse(fans))  # φ with (M + tS) φ = Σ δ
+        impulse = domain.impulse(fans)
+        indicator = self._heat.from_impulse(impulse)  # φ with (M + tS) φ = Σ δ
         diffused, logs = self._diffused(y0, indicator)  # Y with (M + tK) Y = Y0, also in logarithms
         length = self._extended_lengths(fans, parts, indicator)  # u/φ with (M + tS) u = Σ |X| δ
         transported = np.asarray(logs.sign * length, dtype=complex)
@@ -126,7 +127,7 @@ class VectorHeat:
             Field("diffused", "vertex", domain.vectors(diffused, where)),
             Field("transported", "vertex", domain.vectors(transported, where)),
         ]
-        unreached = domain.unreached(domain.impulse(fans))[where]
+        unreached = domain.unreached(impulse)[where]
         return Result(self.mesh, fields, self._report(sources, tangent, unreached), sources, tangent)
 
     def diffuse(self, vectors: Floats) -> Floats:
