@@ -10,6 +10,8 @@ from geomhw.compiled import compiled_in_place
 from geomhw.geodesic.unfolded_faces import Surface
 from geomhw.geodesic.windows import LAST, WINDOW
 
+#: List of the windows that wait at a halfedge: its first record, their number, and how often it has been propagated.
+WINDOWS = np.dtype([(name, np.int32) for name in ("first", "count", "events")])
 #: Places in ``counts``, after those of `windows`: number of events in the queue, and of items in ``touched``.
 WAITING, TOUCHED = 3, 4
 #: Initial number of window records.
@@ -19,8 +21,7 @@ ROOM = 1 << 15
 class Front(NamedTuple):
     """State of one query: arrivals at vertices, windows, and the queue of events.
 
-    distance, origin, halfedge, entry: (n,), as in `Arrivals`. waiting: (3m,), first window of each list. events: (3m,),
-    how often each halfedge has been propagated. keys, items: the queue, a binary heap; places: (3m+n+k,), one more than
+    distance, origin, halfedge, entry: (n,), as in `Arrivals`. waiting: (3m,), the windows at each halfedge. keys, items: the queue, a binary heap; places: (3m+n+k,), one more than
     the place of each item there. Item h < 3m is a halfedge, 3m+v a vertex, 3m+n+i source point i. touched: (3m+n,),
     halfedges and vertices whose state has changed, as items.
     """
@@ -29,8 +30,7 @@ class Front(NamedTuple):
     origin: Ints
     halfedge: Ints
     entry: Floats
-    waiting: Ints
-    events: Ints
+    waiting: Any
     windows: Any
     counts: Ints
     keys: Floats
@@ -71,8 +71,7 @@ def empty_front(surface: Surface, k: int = 0) -> Front:
         np.empty(n, dtype=np.int32),
         np.empty(n, dtype=np.int32),
         np.empty(n),
-        np.zeros(h, dtype=np.int32),
-        np.zeros(h, dtype=np.int32),
+        np.zeros(h, dtype=WINDOWS),
         np.zeros(ROOM, dtype=WINDOW),
         np.zeros(5, dtype=np.int64),
         np.empty(h + n + k),
@@ -116,7 +115,7 @@ def reset(front: Front) -> None:
     h = len(front.waiting)
     for i in front.touched[: front.counts[TOUCHED]]:
         if i < h:
-            front.waiting[i] = front.events[i] = 0
+            clear(front.waiting[i])
         else:
             front.distance[i - h] = inf
     for i in front.items[: front.counts[WAITING]]:
@@ -125,11 +124,17 @@ def reset(front: Front) -> None:
 
 
 @compiled_in_place
+def clear(waiting: Any) -> None:
+    """Remove the windows at a halfedge."""
+    waiting.first = waiting.count = waiting.events = 0
+
+
+@compiled_in_place
 def clear_windows(front: Front) -> None:
     """Remove windows and events; arrivals at vertices stay, as upper bounds for further sources."""
     for i in front.touched[: front.counts[TOUCHED]]:
         if i < len(front.waiting):
-            front.waiting[i] = front.events[i] = 0
+            clear(front.waiting[i])
     for i in front.items[: front.counts[WAITING]]:
         front.places[i] = 0
     front.counts[:] = 0

@@ -92,11 +92,12 @@ def above_line(y: float, x: float, base: float) -> float:
 @compiled_in_place
 def continues(a: Any, b: Any, base: float) -> bool:
     """Whether window b continues window a from the same point, as on both sides of a flat vertex."""
-    far = abs(a.x) + a.y
+    far, apart = abs(a.x) + a.y, abs(a.x - b.x) + abs(a.y - b.y)
     return (
-        a.origin == b.origin
+        apart <= SAME * far
+        and apart * far <= 1e-6 * (b.right - b.left) * a.y
+        and a.origin == b.origin
         and a.offset == b.offset
         and a.passed == b.passed
         and b.left - a.right <= SAME * base
-        and abs(a.x - b.x) + abs(a.y - b.y) <= min(SAME * far, 1e-6 * (b.right - b.left) * a.y / far)
     )

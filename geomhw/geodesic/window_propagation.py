@@ -47,8 +47,7 @@ def propagate(surface: Surface, front: Front, places: Floats, faces: Ints, withi
                 key = max(key, front.distance[target])
             return key
         room, used = len(front.windows) - 64, front.counts[IN_USE]
-        may_lack = item >= h or 8 * (1 + 2 * _copies(surface, item)) * used > room
-        if may_lack and 8 * (used + 2 * _size(surface, front, faces, item)) > room:
+        if 8 * (used + 2 * _size(surface, front, faces, item)) > room:
             return -1.0
         pop(front)
         if item < h:
@@ -79,7 +78,7 @@ def start_from_edges(surface: Surface, front: Front, halfedges: Ints, k: int) ->
             w.left, w.right, w.x, w.y, w.offset = 0.0, base, 0.0, -1.0, 0.0
             w.next, w.origin, w.crossed, w.passed = 0, -1 - k - h, 0, 0
             touch(front, h)
-            front.waiting[h] = i
+            front.waiting[h].first, front.waiting[h].count = i, 1
             push(front, h, 0.0)
 
 
@@ -94,11 +93,7 @@ def _size(surface: Surface, front: Front, faces: Ints, item: int) -> int:
         for k in range(surface.starts[item - h], surface.starts[item - h + 1]):
             count += sides[surface.corners[k]]
         return count
-    i = front.waiting[item]
-    while i > 0:
-        count += 1
-        i = front.windows[i].next
-    return count * _copies(surface, item)
+    return np.int64(front.waiting[item].count) * _copies(surface, item)
 
 
 @compiled_in_place
@@ -174,7 +169,8 @@ def _cross_face(surface: Surface, front: Front, h: int, within: Extent) -> None:
     """Propagate the windows in the list of a halfedge across its face, to the apex and over the other two sides."""
     windows, face = front.windows, triangle(surface, h)
     x, y = face.left * face.cos_low, face.left * face.sin_low
-    first = i = np.int64(front.waiting[h])
+    waiting = front.waiting[h]
+    first = i = np.int64(waiting.first)
     while i > 0:
         w = windows[i]
         while w.next and continues(w, windows[w.next], face.base):
@@ -193,26 +189,25 @@ def _cross_face(surface: Surface, front: Front, h: int, within: Extent) -> None:
     at_high = images(
         windows, front.counts, first, face.base, face.right, face.cos_high, face.sin_high, True, face.high > face.apex
     )
-    front.events[h] += 1
+    waiting.events += 1
     sin_apex = face.sin_low * face.base / face.right if face.right > 0 else 0.0
     is_thin = min(face.sin_low, face.sin_high, sin_apex) < THIN
-    shortest = -1.0 if front.events[h] > PATIENCE else THIN * face.base if is_thin else inf
-    windows[0].next = last = 0
+    shortest = -1.0 if waiting.events > PATIENCE else THIN * face.base if is_thin else inf
+    windows[0].next = last = count = 0
     i = first
     while i > 0:
         following = windows[i].next
         windows[i].passed = 1
         if windows[i].right - windows[i].left > shortest:
-            windows[last].next, last = i, i
+            windows[last].next, last, count = i, i, count + 1
         else:
             release(windows, front.counts, i)
         i = following
     windows[last].next = 0
-    front.waiting[h] = windows[0].next
-    if at_low:
-        _deliver(surface, front, face.at_low, at_low, face.left, within)
-    if at_high:
-        _deliver(surface, front, face.at_high, at_high, face.right, within)
+    waiting.first, waiting.count = windows[0].next, count
+    for side, first, base in ((face.at_low, at_low, face.left), (face.at_high, at_high, face.right)):
+        if first:
+            _deliver(surface, front, side, first, base, within)
 
 
 @compiled_inline
@@ -237,15 +232,17 @@ def _deliver(surface: Surface, front: Front, h: int, i: int, base: float, within
             release(windows, counts, i)
         i = following
     while first and g != h:
-        copied, before, i = surface.across[g] != h, 0, first
-        if front.waiting[g] == 0 and front.events[g] == 0:
+        copied, before, i, waiting = surface.across[g] != h, 0, first, front.waiting[g]
+        if waiting.count == waiting.events == 0:
             touch(front, g)
-        windows[0].next = front.waiting[g]
+        windows[0].next = waiting.first
+        waiting.count -= counts[IN_USE]
         while i > 0:
             following = windows[i].next
+            waiting.count += not copied
             before = insert(windows, counts, allocate(windows, counts, i) if copied else i, before)
             i = following
-        front.waiting[g] = windows[0].next
+        waiting.first, waiting.count = windows[0].next, waiting.count + counts[IN_USE]
         push(front, g, least)
         g = np.int64(surface.across[g])
 

@@ -161,7 +161,7 @@ def insert(windows: Any, counts: Ints, new: int, start: int) -> int:
             t = low
         end = min(high, stop)
         gain, gain_end, middle = _gain(windows, new, old, t), _gain(windows, new, old, end), end
-        if gain * gain_end > 0:
+        if gain * gain_end > 0 and not _have_one_offset(windows[new], windows[old]):
             middle = _turning_point(windows[new], windows[old], t, end)
         while True:
             gain_middle = _gain(windows, new, old, middle) if middle < end else gain_end
@@ -208,13 +208,24 @@ def _link(windows: Any, counts: Ints, tail: int, window: int, left: float, right
 
 @compiled_in_place
 def _gain(windows: Any, new: int, old: int, t: float) -> float:
-    """Length through one window less that through another; negative where the first is shorter, or equal up to rounding
-    with a longer straight line.
+    """Length through one window less that through another, or the difference of their squares if this has its sign.
+
+    It is negative where the first is shorter, or equal up to rounding with a longer straight line.
     """
-    d = length_to(windows[new], t)
-    gain = d - length_to(windows[old], t)
-    tie = max(tolerance(windows[new]), tolerance(windows[old])) * d
-    return gain - tie if windows[new].offset < windows[old].offset else gain + tie
+    a, b = windows[new], windows[old]
+    tie = max(tolerance(a), tolerance(b))
+    if _have_one_offset(a, b):
+        square = (t - a.x) ** 2 + a.y**2
+        return square * (1 + 2 * tie) - ((t - b.x) ** 2 + b.y**2)
+    d = length_to(a, t)
+    gain = d - length_to(b, t)
+    return gain - tie * d if a.offset < b.offset else gain + tie * d
+
+
+@compiled_in_place
+def _have_one_offset(a: Any, b: Any) -> bool:
+    """Whether two windows of points have the same offset, so that the difference of squared lengths is linear."""
+    return a.offset == b.offset and a.y >= 0 and b.y >= 0
 
 
 @compiled_in_place
@@ -238,6 +249,9 @@ def _turning_point(a: Any, b: Any, low: float, high: float) -> float:
 def _crossing(windows: Any, new: int, old: int, low: float, high: float) -> float:
     """Place between low and high where two lengths are equal, if their difference changes sign once between them."""
     a, b = windows[new], windows[old]
+    if _have_one_offset(a, b):
+        c = b.x - a.x
+        return min(max(b.x - (c + (a.y - b.y) * (a.y + b.y) / c) / 2, low), high) if c != 0 else low
     if a.y >= 0 and b.y >= 0:
         c, D = b.x - a.x, b.offset - a.offset
         k = ((c - D) * (c + D) + (a.y - b.y) * (a.y + b.y)) / 2
