@@ -22,8 +22,9 @@ class Front(NamedTuple):
     """State of one query: arrivals at vertices, windows, and the queue of events.
 
     distance, origin, halfedge, entry: (n,), as in `Arrivals`. waiting: (3m,), the windows at each halfedge. keys,
-    items: the queue, a binary heap; places: (3m+n+k,), one more than the place of each item there. Item h < 3m is a halfedge,
-    3m+v a vertex, 3m+n+i source point i. touched: (3m+n,), halfedges and vertices whose state has changed, as items.
+    items: the queue, a binary heap; places: (3m+n+k,), one more than the place of each item there. Item h < 3m is a
+    halfedge, 3m+v a vertex, 3m+n+i source point i. touched: (3m+n,), halfedges and vertices whose state has changed,
+    as items.
     """
 
     distance: Floats
