@@ -30,7 +30,7 @@ STEPS, HALVINGS = 500, 30
 SHORTEST, ROUNDING, EQUAL = 1e-14, 1e-14, 1e-9
 #: Directions to points, at most, even ones, and lengths as shares of a step, in which the sum may decrease where it
 #: does not in that of the step.
-DIRECTIONS, EVEN_DIRECTIONS, SHARES = 8, range(0, 360, 45), (0.5, 0.02)
+DIRECTIONS, EVEN_DIRECTIONS, SHARES = 8, np.arange(0, 360, 45), (0.5, 0.02)
 #: A step of this length, as a share of the largest distance of a point, changes the sum by rounding.
 NEGLIGIBLE = 1e-7
 #: Minima at a larger distance differ, as a share of the largest distance of a point.
@@ -221,18 +221,21 @@ class _Search:
         return None
 
     def _in_any_direction(self, state: SurfaceMean, number: int) -> tuple[SurfaceMean, Floats] | None:
-        """Return a state in a direction that decreases the sum; None if there is none.
+        """Return the state of least sum of some directions; None if the sum decreases in none.
 
         At a vertex with an angle far from 2π, and at the boundary, the mean of the logarithms may not be one.
+        Directions are relative to those of the points, so that they do not depend on the order of faces.
         """
         if state.last_step <= NEGLIGIBLE * state.distances.max():
             return None
         angles = np.asarray(self._log.from_source(state.point)["angle"])[self.targets]
+        to_points = np.degrees(angles[np.isfinite(angles)])
+        directions = [*to_points[:DIRECTIONS].tolist(), *(to_points[:1] + EVEN_DIRECTIONS).tolist()]
         for share in SHARES:
-            for degrees in [*np.degrees(angles[np.isfinite(angles)])[:DIRECTIONS].tolist(), *EVEN_DIRECTIONS]:
-                new = self._moved(state, degrees, share * state.last_step, number)
-                if new is not None and new[0].value < state.value * (1 - ROUNDING):
-                    return new
+            ends = [self._moved(state, degrees, share * state.last_step, number) for degrees in directions]
+            best = min((end for end in ends if end), key=lambda end: end[0].value, default=None)
+            if best and best[0].value < state.value * (1 - ROUNDING):
+                return best
         return None
 
     def _moved(

@@ -121,3 +121,16 @@ def test_two_points_on_a_spiky_sphere(seed: int) -> None:
     for a, b in rng.choice(mesh.n_vertices, (8, 2), replace=False).tolist():
         distance = solver.from_vertices([a])["distance"][b]
         assert karcher_mean(mesh, vertex_points(mesh, [a, b])).value == pytest.approx(distance**2 / 2, rel=1e-3)
+
+
+def test_order_of_faces() -> None:
+    """The mean does not depend on the order of vertices and faces, on rough terrain."""
+    rng, flat = np.random.default_rng(4), grid(5, 5)
+    mesh = TriangleMesh(flat.vertices + np.outer(rng.uniform(0, 0.4, 36), [0, 0, 1]), flat.faces)
+    given, order = rng.choice(36, 3, replace=False), rng.permutation(36)
+    rank = np.argsort(order)
+    turned = [np.roll(face, rng.integers(3)) for face in rank[mesh.faces][rng.permutation(mesh.n_faces)]]
+    other = TriangleMesh(mesh.vertices[order], np.array(turned))
+    expected = karcher_mean(mesh, vertex_points(mesh, given)).point.positions(mesh)
+    found = karcher_mean(other, vertex_points(other, rank[given])).point.positions(other)
+    np.testing.assert_allclose(found, expected, atol=1e-9)
