@@ -32,6 +32,8 @@ from geomhw.solvers.log_scaled import LogValues
 
 #: Width of the window, in decay lengths √t, and at least in longest edges.
 WINDOW, WINDOW_EDGES = 50.0, 10.0
+#: Decay lengths by which the far end of the window moves in a sweep, at least; unknowns beyond would be swept in vain.
+ADVANCE = 2.0
 #: Unknowns leave the window when all up to this many decay lengths, and one longest edge, beyond them have converged.
 MARGIN = 10.0
 #: An unknown has converged when the residual of its equation is at most this share of its diagonal term,
@@ -152,9 +154,10 @@ def _sweep_outward(state: Any, end: int, window: float, omega: float, tolerance:
     columns before the end, have been multiplied by exp(p_i - p_j).
     """
     indptr, indices, _, _, b, arrival, margin, _, p, w = state
-    n, start, sweeps = len(b), 0, 0
+    n, start, sweeps, far = len(b), 0, 0, 0.0
     while start < n:
-        while end < n and arrival[end] <= arrival[start] + window:
+        far = min(max(far, arrival[start]) + ADVANCE, arrival[start] + window)
+        while end < n and arrival[end] <= far:
             nearest = min(indices[indptr[end]], max(end - 1, 0))
             size = abs(w[nearest])
             p[end] = p[nearest] - (np.log(size) if size > 0.0 else 0.0)

@@ -205,8 +205,10 @@ def _sweep_back(indptr: Ints, indices: Ints, data: Floats, diagonal: Floats, x: 
 def _restriction(A: sp.csr_array) -> sp.csr_array:
     """Pᵀ, (coarse, n), of P = (I - ω D⁻¹ A) J."""
     J = _aggregates(A)
+    smoothed = A @ J
     scale = OMEGA / np.maximum(absolute_row_sums(A), np.finfo(float).tiny)
-    return sp.csr_array(J - (A @ J).multiply(scale[:, None])).T.tocsr()
+    smoothed.data *= np.repeat(scale, np.diff(smoothed.indptr))
+    return sp.csr_array(J - smoothed).T.tocsr()
 
 
 def _aggregates(A: sp.csr_array) -> sp.csr_array:
