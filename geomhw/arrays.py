@@ -1,4 +1,4 @@
-"""Array types, and array functions that numpy lacks: read-only arrays, scatter-add, processing in pieces."""
+"""Array types, and array functions that numpy lacks: read-only arrays, scatter-add, ranges, pieces."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -32,6 +32,19 @@ def scatter_add(values: NDArray[Any], places: Ints, size: int) -> NDArray[Any]:
 
     # A sparse column with repeated row indices, times 1.
     return csc_array((values, places, np.array([0, len(values)])), shape=(size, 1)) @ np.ones(1)
+
+
+def ranges(begins: Ints, counts: Ints, step: int = 1) -> Ints:
+    """Concatenate the ranges ``begins[i], begins[i] + step, ...`` of ``counts[i]`` numbers each.
+
+    >>> ranges(np.array([5, 0]), np.array([2, 3])).tolist()
+    [5, 6, 0, 1, 2]
+    """
+    counts = np.asarray(counts, dtype=np.int64)
+    ends = np.cumsum(counts)
+    found = np.repeat(begins - step * (ends - counts), counts)
+    found += np.arange(0, step * len(found), step)
+    return found
 
 
 def pieces(count: int) -> Iterator[slice]:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from geomhw.arrays import Floats, Ints
+from geomhw.arrays import Floats, Ints, ranges
 from geomhw.curves.level_graph import RIDGE, LevelGraph, barycentric, chains, level_graph
 from geomhw.curves.level_regions import separated_areas
 from geomhw.errors import ArgumentError, FieldError
@@ -213,7 +213,7 @@ def _polylines(mesh: TriangleMesh, graph: LevelGraph, levels: Floats) -> Isoline
 def _sequences(starts: Ints, reversed_: Ints, ranked: Ints) -> Ints:
     """Return the indices of the links of chains in the order of ``ranked``, some of them backward."""
     sizes = np.diff(starts)[ranked]
-    rank = np.arange(sizes.sum()) - np.repeat(np.cumsum(sizes) - sizes, sizes)
+    rank = ranges(np.zeros_like(sizes), sizes)
     back = np.repeat(reversed_[ranked], sizes)
     rank = np.where(back, np.repeat(sizes, sizes) - 1 - rank, rank)
     return np.asarray(np.repeat(starts[:-1][ranked], sizes) + rank)

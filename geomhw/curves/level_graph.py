@@ -11,8 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from geomhw.arrays import Floats, Ints
+from geomhw.arrays import Floats, Ints, ranges
 from geomhw.compiled import compiled
+from geomhw.curves.level_regions import link_regions
+from geomhw.mesh.topology import linked_components
 from geomhw.mesh.triangle_mesh import TriangleMesh
 
 #: Kinds of links: between lower values and others, between a flat face and higher values, along a boundary, and along
@@ -62,8 +64,6 @@ def level_graph(mesh: TriangleMesh, values: Floats, levels: Floats) -> LevelGrap
 
     Copies of other faces are left out.
     """
-    from geomhw.curves.level_regions import link_regions
-
     has_values = np.asarray(np.isfinite(values)[mesh.faces].all(axis=1))
     has_values[mesh.duplicate_faces[:, 0]] = False
     kept = np.flatnonzero(has_values)
@@ -79,7 +79,8 @@ def level_graph(mesh: TriangleMesh, values: Floats, levels: Floats) -> LevelGrap
 
     # Links within faces: each crossed face has two nodes among its edges and corners.
     P = place[faces]
-    f, j = ranges(*_crossed(P.min(axis=1), P.max(axis=1)))
+    lowest, beyond = _crossed(P.min(axis=1), P.max(axis=1))
+    f, j = np.repeat(np.arange(len(P)), beyond - lowest), ranges(lowest, beyond - lowest)
     e, corner = of[f], faces[f]
     crossed = (first[e] <= j[:, None]) & (j[:, None] < after[e])
     on_edge = np.where(crossed, begins[e] + j[:, None] - first[e], -1)
@@ -125,7 +126,8 @@ def _crossings(mesh: TriangleMesh, values: Floats, levels: Floats, used: Ints) -
     a, b = mesh.edges.T
     for last in range(ROUNDS + 1):
         first, after = _crossed(place[a], place[b])
-        edge, level = ranges(first, np.where(used, after, first))
+        counts = np.where(used, after - first, 0)
+        edge, level = np.repeat(np.arange(len(first)), counts), ranges(first, counts)
         start, end = values[a[edge]] / 2, values[b[edge]] / 2  # halves: differences do not overflow
         share = (levels[level] / 2 - start) / (end - start)
         size = np.maximum(np.abs(start), np.abs(end))
@@ -143,13 +145,6 @@ def _crossed(one: Ints, other: Ints) -> tuple[Ints, Ints]:
     low, high = np.minimum(one, other), np.maximum(one, other)
     first = (low + 1) // 2
     return first, np.maximum(high // 2, first)
-
-
-def ranges(begins: Ints, ends: Ints) -> tuple[Ints, Ints]:
-    """Return, for all integers in the ranges from begins to ends, the index of the range, and the integer."""
-    sizes = ends - begins
-    which = np.repeat(np.arange(len(begins)), sizes)
-    return which, begins[which] + np.arange(len(which)) - np.repeat(np.cumsum(sizes) - sizes, sizes)
 
 
 def barycentric(corners: Ints, ends: Ints, shares: Floats) -> Floats:
@@ -172,8 +167,6 @@ def _partners(mesh: TriangleMesh, place: Ints, faces: Ints, of: Ints, links: Int
 
     Where more meet in a vertex, links round lower values continue round the sector of these at the vertex.
     """
-    from geomhw.mesh.topology import linked_components
-
     nodes, kind = links.ravel(), np.repeat(kinds, 2)
     key = nodes * 4 + kind
     _, inverse, count = np.unique(key, return_inverse=True, return_counts=True)

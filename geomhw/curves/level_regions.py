@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from geomhw.arrays import Floats, Ints
-from geomhw.curves.level_graph import ranges
+from geomhw.arrays import Floats, Ints, ranges
 from geomhw.mesh.topology import linked_components
 from geomhw.mesh.triangle_mesh import TriangleMesh
 
@@ -48,8 +47,9 @@ def link_regions(
     bounded = at_level[e]
     side = np.sign(P.ravel() - edge_low[e])
     one = _piece_beside(begins, first, flat, g[bounded], edge_low[e[bounded]], side[bounded])
-    which, band = ranges(edge_first[e[~bounded]], edge_high[e[~bounded]] // 2 + 1)
-    h, i = g[~bounded][which], e[~bounded][which]
+    counts = edge_high[e[~bounded]] // 2 + 1 - edge_first[e[~bounded]]
+    h, i = (np.repeat(each[~bounded], counts) for each in (g, e))
+    band = ranges(edge_first[e[~bounded]], counts)
     pieces = np.concatenate([one, begins[h] + band - first[h]])
     parts = np.concatenate([keys[e[bounded]] + side[bounded] + 1, keys[i] + band - edge_first[i]])
     region = linked_components(pieces, parts + len(area), len(area) + keys[-1])[: len(area)]

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from geomhw.arrays import Floats, Ints
+from geomhw.arrays import Floats, Ints, ranges
 from geomhw.errors import ArgumentError
 from geomhw.geodesic.exact import Arrivals, ExactDistance
 from geomhw.geodesic.growing_sources import GrowingSources
@@ -132,7 +132,7 @@ def voronoi_cells(mesh: TriangleMesh, sites: SurfacePoints) -> VoronoiCells:
         add(grown, i)
         (own,) = np.nonzero((near <= distance * (1 + EQUAL)) & (label < 0) & np.isfinite(caps))
         label[own] = i
-        at = order[_ranges(starts[own], starts[own + 1])]
+        at = order[ranges(starts[own], starts[own + 1] - starts[own])]
         corner_distance[at // 3, at % 3] = near[divided.faces[at // 3]]
     split = split_faces(divided, label, corner_distance, count)
     pairs, borders = split.pairs, split.segments
@@ -179,9 +179,3 @@ def _slack(mesh: TriangleMesh, sites: SurfacePoints, arrivals: Arrivals) -> floa
     a, b = mesh.edges.T
     lengths = mesh.edge_lengths
     return float(SLACK * lengths[group[a] != group[b]].max(initial=EQUAL * float(lengths.mean())))
-
-
-def _ranges(begins: Ints, ends: Ints) -> Ints:
-    """Concatenate the ranges between begins and ends."""
-    sizes = ends - begins
-    return np.asarray(np.repeat(begins - np.append(0, np.cumsum(sizes)[:-1]), sizes) + np.arange(sizes.sum()))

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from geomhw.arrays import Floats, Ints
+from geomhw.arrays import Floats, Ints, ranges
 from geomhw.errors import GeomhwError, RenderError
 from geomhw.mesh.geometry import unit
 from geomhw.mesh.triangle_mesh import TriangleMesh
@@ -92,7 +92,7 @@ def flow_lines(lines: "Streamlines", scale: float | None) -> FlowLines:
     counts = np.maximum(np.floor(lines.lengths / (HEADS * lines.spacing)), 1).astype(np.int64)
     # Places along all streamlines joined one after the other.
     line = np.repeat(np.arange(len(lines)), counts)
-    share = (np.arange(len(line)) - np.repeat(np.cumsum(counts) - counts, counts) + 0.5) / counts[line]
+    share = (ranges(np.zeros_like(counts), counts) + 0.5) / counts[line]
     joined = lines.arc_length + np.repeat(np.cumsum(lines.lengths) - lines.lengths, np.diff(lines.lines))
     along = (np.cumsum(lines.lengths) - lines.lengths)[line] + share * lines.lengths[line]
     at = segments[np.clip(np.searchsorted(joined[segments], along, side="right") - 1, 0, None)]

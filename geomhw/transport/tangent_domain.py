@@ -6,7 +6,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from geomhw.arrays import Complexes, Floats, Ints
+from geomhw.arrays import Complexes, Floats, Ints, ranges
 from geomhw.intrinsic.robust import RobustTriangulation
 from geomhw.mesh.cut import cut_into_sheets
 from geomhw.mesh.orientation import orientation_cover, without_duplicate_faces
@@ -81,7 +81,7 @@ class TangentDomain:
         copies, inside = np.bincount(self._original), sources.faces >= 0
         count = np.where(inside, 1, copies[sources.corners[:, 0]])
         source = np.repeat(np.arange(len(sources)), count)
-        number = np.arange(len(source)) - np.repeat(np.cumsum(count) - count, count)
+        number = ranges(np.zeros_like(count), count)
         fans = sources[source]
         corners, inside = fans.corners.copy(), inside[source]
         corners[inside] = self.base.faces[fans.faces[inside]]

@@ -8,10 +8,10 @@ from itertools import product
 
 import numpy as np
 
-from geomhw.arrays import Floats, Ints
+from geomhw.arrays import Floats, Ints, ranges
 from geomhw.errors import FormatError
 from geomhw.io.formats.build_result import build_result
-from geomhw.io.formats.polygons import Place, Polygons, ranges
+from geomhw.io.formats.polygons import Place, Polygons
 from geomhw.io.formats.text_file import NumberRows, TextFile
 from geomhw.results import Result
 from geomhw.wording import counted

@@ -13,13 +13,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from geomhw.arrays import Ints
+from geomhw.arrays import Ints, ranges
 from geomhw.errors import FormatError
 from geomhw.io.formats.build_result import build_result
 from geomhw.io.formats.number_parsing import cast_exactly
 from geomhw.io.formats.ply_header import ORDERS, Element, Property, read_header
 from geomhw.io.formats.ply_write import QUALITY
-from geomhw.io.formats.polygons import Polygons, equal_triangles, ranges, strip_triangles
+from geomhw.io.formats.polygons import Polygons, equal_triangles, strip_triangles
 from geomhw.io.formats.text_file import NumberRows, TextFile
 from geomhw.results import Result
 from geomhw.wording import counted

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from geomhw.arrays import Floats, Ints
+from geomhw.arrays import Floats, Ints, ranges
 from geomhw.errors import FormatError
 
 Arrays = Mapping[str, NDArray[Any]]
@@ -34,19 +34,6 @@ class Polygons:
     labels: Mapping[str, Mapping[int, str]] = field(default_factory=dict)
     notes: dict[str, Any] = field(default_factory=dict)
     remarks: list[str] = field(default_factory=list)
-
-
-def ranges(begins: Ints, counts: Ints, step: int = 1) -> Ints:
-    """Concatenate the ranges ``begins[i], begins[i] + step, ...`` of ``counts[i]`` numbers each.
-
-    >>> ranges(np.array([5, 0]), np.array([2, 3])).tolist()
-    [5, 6, 0, 1, 2]
-    """
-    counts = np.asarray(counts, dtype=np.int64)
-    ends = np.cumsum(counts)
-    found = np.repeat(begins - step * (ends - counts), counts)
-    found += np.arange(0, step * len(found), step)
-    return found
 
 
 def strip_triangles(corners: Ints, sizes: Ints) -> tuple[Ints, Ints]:

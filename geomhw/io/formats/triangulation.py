@@ -5,8 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from geomhw.arrays import Floats, Ints, pieces
-from geomhw.io.formats.polygons import ranges
+from geomhw.arrays import Floats, Ints, pieces, ranges
 from geomhw.mesh import geometry
 
 #: A fan is valid if each of its triangles has at least this height, over its longest side, seen from the mean normal.

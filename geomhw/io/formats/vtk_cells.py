@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from geomhw.arrays import Floats, Ints
+from geomhw.arrays import Floats, Ints, ranges
 from geomhw.errors import FormatError
 from geomhw.io.formats.build_result import build_result
-from geomhw.io.formats.polygons import Polygons, plane_pieces, ranges, strip_triangles
+from geomhw.io.formats.polygons import Polygons, plane_pieces, strip_triangles
 from geomhw.results import Result
 from geomhw.wording import counted
 
