@@ -22,6 +22,7 @@ class LocalOperators:
     areas : (k,) barycentric vertex areas.
     stiffness : (k, k + g) sparse array.
     mean_edge_length : of the whole mesh.
+    weights : the least cotan weight of an edge of the whole mesh, and the largest absolute value.
     """
 
     edges: Ints
@@ -29,6 +30,7 @@ class LocalOperators:
     areas: Floats
     stiffness: sp.csr_array
     mean_edge_length: float
+    weights: tuple[float, float]
 
 
 def assemble(mesh: LocalMesh) -> LocalOperators:
@@ -55,7 +57,9 @@ def assemble(mesh: LocalMesh) -> LocalOperators:
     # An edge to a ghost belongs to the rank of its first vertex in the order of the curve.
     ours[~ours] = mesh.ghosts[pairs[~ours].max(axis=1) - k] >= mesh.first
     length, count = mesh.ranks.sum(np.array([lengths[ours].sum(), ours.sum()]))
-    return LocalOperators(pairs, lengths, areas[:k], S, float(length / count))
+    least = -mesh.ranks.max(float(-cotan[ours].min(initial=np.inf)))
+    largest = mesh.ranks.max(float(np.abs(cotan[ours]).max(initial=0.0)))
+    return LocalOperators(pairs, lengths, areas[:k], S, float(length / count), (least, largest))
 
 
 def _summed(edges: Ints, weights: Floats, n: int) -> tuple[Ints, Floats]:

@@ -8,7 +8,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from geomhw.arrays import Floats, Ints
-from geomhw.distributed.assembly import assemble
+from geomhw.distributed.assembly import LocalOperators, assemble
 from geomhw.distributed.edge_paths import edge_path_distance
 from geomhw.distributed.heat_step import heat_step
 from geomhw.distributed.local_mesh import LocalMesh
@@ -16,7 +16,7 @@ from geomhw.distributed.poisson import DirichletProblem
 from geomhw.distributed.ranks import release_memory
 from geomhw.distributed.source_conditions import local_sources, source_heat
 from geomhw.distributed.source_points import vertex_sources
-from geomhw.geodesic.auto_time import LEAST, MOST
+from geomhw.geodesic.auto_time import without_comparison
 from geomhw.geodesic.diffusion_time import TimeStep, given_time
 from geomhw.geodesic.heat_method import bounded
 from geomhw.geodesic.source_conditions import chord_to_points
@@ -50,7 +50,8 @@ def distributed_distance(
     ----------
     mesh : the part of each rank.
     sources : vertices and points in faces with the numbers of the file, or (s,) vertices, the same on all ranks.
-    time : diffusion time t: ``h2``, ``sqrt-h``, a multiple such as ``0.5*h2``, or a number; ``auto`` is ``h2``.
+    time : diffusion time t: ``h2``, ``sqrt-h``, a multiple such as ``0.5*h2``, or a number; ``auto`` is
+        ``h2``, also where one process compares it with √h on the mesh; then the report says so.
     bound : as in `HeatDistance`.
     stages : measures the time of each stage.
 
@@ -71,7 +72,7 @@ def distributed_distance(
     with stage("assembly"):
         operators = assemble(mesh)
         h = operators.mean_edge_length
-        step = time_step(time, h)
+        step = time_step(time, operators)
         points = sources if isinstance(sources, SurfacePoints) else vertex_sources(mesh, sources)
         conditions = local_sources(mesh, operators, points)
     release_memory()
@@ -143,12 +144,13 @@ def _first_largest(mesh: LocalMesh, values: Floats) -> tuple[int, float]:
     return int(mesh.ranks.min(int(vertices.min(initial=mesh.n_vertices)))), largest
 
 
-def time_step(asked: str | float, h: float) -> TimeStep:
-    """Return the diffusion time on a mesh of mean edge length h; ``auto`` is h²."""
+def time_step(asked: str | float, operators: LocalOperators) -> TimeStep:
+    """Return the diffusion time; ``auto`` is h² also where one process compares it with √h."""
+    h = operators.mean_edge_length
     if str(asked).strip() != "auto":
         return given_time(asked, h)
-    unclear = LEAST <= h**-1.5 <= MOST  # √h/h²
-    return TimeStep(h**2, "auto", "h²; only one process compares it with √h" if unclear else "h²")
+    clear = without_comparison(h, *operators.weights)
+    return clear or TimeStep(h**2, "auto", "h²; only one process compares it with √h")
 
 
 def _divergence(mesh: LocalMesh, heat: LogValues, sources: Ints) -> Floats:

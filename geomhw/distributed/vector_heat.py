@@ -69,7 +69,7 @@ def distributed_transport(
         frames = tangent_frames(mesh)
     release_memory()
     heat = _VectorHeat(mesh, operators, frames, stars, places, parts)
-    steps = [time_step(time, operators.mean_edge_length) for time in times]
+    steps = [time_step(time, operators) for time in times]
     with stage("heat"):
         answers = [heat(step) for step in steps]
     fields = {

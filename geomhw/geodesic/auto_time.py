@@ -23,6 +23,8 @@ from geomhw.operators.divergence import divergence_of
 
 #: √h is considered between these multiples of h²,
 LEAST, MOST = 0.25, 1.0
+#: if no cotan weight is below zero by more than rounding,
+ROUNDING = 1e-12
 #: and chosen if its mean error is below this share of that of h²: from other sources it may gain less.
 MARGIN = 0.8
 
@@ -54,15 +56,26 @@ def time_step(asked: str | float, surface: PolyhedralSurface) -> TimeStep:
     if str(asked).strip() != "auto":
         return given_time(asked, surface.mean_edge_length)
     h = surface.mean_edge_length
-    ratio = math.sqrt(h) / h**2
-    if not (LEAST <= ratio <= MOST and isinstance(surface, TriangleMesh)):
+    if not isinstance(surface, TriangleMesh):
         return TimeStep(h**2, "auto", "h²")
-    rounding = 1e-12 * np.abs(surface.edge_cotan_weights).max()
-    if surface.edge_cotan_weights.min() < -rounding:
-        return TimeStep(h**2, "auto", "h², since cotan weights are negative")
+    weights = surface.edge_cotan_weights
+    if clear := without_comparison(h, float(weights.min()), float(np.abs(weights).max())):
+        return clear
     if _is_more_accurate(surface, math.sqrt(h), h**2):
-        return TimeStep(math.sqrt(h), "auto", f"√h, which is {ratio:.3g} h² and more accurate here")
+        return TimeStep(math.sqrt(h), "auto", f"√h, which is {h**-1.5:.3g} h² and more accurate here")
     return TimeStep(h**2, "auto", "h²")
+
+
+def without_comparison(h: float, least: float, largest: float) -> TimeStep | None:
+    """Return the time of ``auto`` if it follows from the mean edge length and the cotan weights of edges, else None.
+
+    least : the least weight; largest : the largest absolute value.
+    """
+    if not LEAST <= h**-1.5 <= MOST:  # √h/h²
+        return TimeStep(h**2, "auto", "h²")
+    if least < -ROUNDING * largest:
+        return TimeStep(h**2, "auto", "h², since cotan weights are negative")
+    return None
 
 
 def _is_more_accurate(mesh: TriangleMesh, time: float, other: float) -> bool:

@@ -143,6 +143,26 @@ def test_faces_and_copies(folder: Path) -> None:
     assert np.abs(found[0] - found[1]).max() <= 1e-10
 
 
+@pytest.mark.parametrize(
+    ("size", "stretch", "reason"),
+    [
+        (1.5, 1.0, "h²; only one process compares it with √h"),
+        (1.5, 4.0, "h², since cotan weights are negative"),
+        (0.1, 4.0, "h²"),
+    ],
+)
+def test_automatic_time(size: float, stretch: float, reason: str, folder: Path) -> None:
+    """``auto`` is h², and √h is compared with it in one process only, where cotan weights leave the choice."""
+    ball = icosphere(3)
+    mesh = TriangleMesh(ball.vertices * [1, 1, stretch], ball.faces)
+    whole = TriangleMesh(mesh.vertices * (size / mesh.mean_edge_length), mesh.faces)
+    part = distribute(RANKS, open_sliced(RANKS, saved(whole, folder)))
+    found = distributed_distance(part, np.array([7])).report["time"]
+    assert found["reason"] == reason
+    if "process" not in reason:
+        assert HeatDistance(whole).time.reason == reason
+
+
 @pytest.mark.parametrize("sources", [[5000], [-1], [162]])
 def test_no_such_source(sources: list[int], folder: Path) -> None:
     """All ranks raise the same error for a source that does not exist or belongs to no face."""
