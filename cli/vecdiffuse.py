@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from geomhw.options import Connection, EngineName
-from geomhw.wording import counted
 from geomhw_cli import options
 from geomhw_cli.options import OptionGroup, choice, command, option
 from geomhw_cli.output_options import VECTOR_FILES
 from geomhw_cli.runtime.job import Job, robust_line, time_line
+from geomhw_cli.runtime.transport_reach import lines_on_reach
 from geomhw_cli.specs.numbers import LARGEST, Number
 from geomhw_cli.specs.sources import SourceSpecs, shortened, source_line
 
@@ -25,17 +25,6 @@ MAX_DEGREES = 1e12
 MAX_SEED = 10**18 - 1
 #: Distance between the points that stand for a curve, in mean edges.
 SPACING = 0.25
-
-
-#: Where no tangent plane joins the faces, by the name in the report.
-NOT_PASSED = {
-    "non_manifold_edges": ("edge of more than two faces", "edges of more than two faces"),
-    "non_manifold_vertices": ("vertex where several fans of faces meet", "vertices where several fans of faces meet"),
-    "vertices_without_normal": (
-        "vertex whose faces cancel or have no area, where they are zero",
-        "vertices whose faces cancel or have no area, where they are zero",
-    ),
-}
 
 
 @command(
@@ -142,11 +131,7 @@ def vecdiffuse(
     lines += [time_line(step, "dt") for step in answers["times"]]
     if "robust" in answers:
         lines.append(robust_line(answers["robust"]))
-    if barriers := [counted(answers[name], *words) for name, words in NOT_PASSED.items() if answers.get(name, 0)]:
-        lines.append(f"note: vectors do not pass {', '.join(barriers)}")
-    if unreached := answers["unreachable_vertices"]:
-        lines.append(f"warning: no vector reaches {counted(unreached, 'vertex', 'vertices')}: 0 there")
-    job.finish(mesh, shortened(answers), lines)
+    job.finish(mesh, shortened(answers), lines + lines_on_reach(answers))
 
 
 def _samples(

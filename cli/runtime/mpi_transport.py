@@ -4,10 +4,10 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from geomhw.wording import counted
 from geomhw_cli.runtime.job import time_line
 from geomhw_cli.runtime.mpi_runs import RankedCommand, engine_line, heat_line
 from geomhw_cli.runtime.mpi_sources import source_points
+from geomhw_cli.runtime.transport_reach import lines_on_reach
 from geomhw_cli.specs.sources import SourceSpecs, source_line
 
 if TYPE_CHECKING:
@@ -52,6 +52,4 @@ def _lines(answers: Mapping[str, Any]) -> list[str]:
     work = ", ".join(f"vectors in {heat_line(heat['vectors'])}" for heat in answers["heat"])
     lines = [source_line(answers["sources"]), *(time_line(step, "dt") for step in answers["times"])]
     lines.append(engine_line(answers["engine"], work))
-    if unreached := answers["unreachable_vertices"]:
-        lines.append(f"warning: no vector reaches {counted(unreached, 'vertex', 'vertices')}: 0 there")
-    return lines
+    return lines + lines_on_reach(answers)

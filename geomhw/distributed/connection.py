@@ -15,12 +15,8 @@ from geomhw.operators.parallel_transport import transport_between
 def tangent_frames(mesh: LocalMesh) -> Floats:
     """Return right-handed frames of the tangent planes of a rank's vertices and ghosts, (k + g, 2, 3).
 
-    They are those of `TriangleMesh.tangent_frames` for faces in the order of the curve, on any number of ranks.
-
-    Raises
-    ------
-    MeshError
-        If a vertex has no normal, because the faces round it cancel.
+    They are those of `TriangleMesh.tangent_frames` for faces in the order of the curve, on any number of ranks. At
+    a vertex without a normal, because the faces round it cancel, the second vector is zero.
     """
     n, k = len(mesh.vertices), mesh.n_own
     sums, total = np.zeros((n, 3)), np.zeros(n)
@@ -28,9 +24,6 @@ def tangent_frames(mesh: LocalMesh) -> Floats:
         sums[used] += vector_sum(block.area_vectors, block.faces, block.n_vertices)
         total[used] += corner_sum(2 * block.face_areas, block.faces, block.n_vertices)
     normals = mean_directions(sums, total)
-    with mesh.ranks.agreeing():
-        for bad in np.flatnonzero((total[:k] > 0) & ~normals[:k].any(axis=1))[:1]:
-            raise MeshError(f"vertex {mesh.part.in_file[bad]} has no normal: the faces round it cancel; move it")
     frames = vertex_frames(mesh.vertices, mesh.faces, normals) if len(mesh.faces) else np.zeros((n, 2, 3))
     return mesh.with_ghosts(frames[:k])
 

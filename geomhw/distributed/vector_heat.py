@@ -5,10 +5,11 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from geomhw.arrays import Complexes, Floats
 from geomhw.distributed.assembly import LocalOperators, assemble
+from geomhw.distributed.components import component_labels
 from geomhw.distributed.connection import connection_stiffness, require_one_side, tangent_frames
 from geomhw.distributed.edge_paths import edge_path_distance
 from geomhw.distributed.heat_method import LocalResult, time_step
@@ -77,13 +78,16 @@ def distributed_transport(
         for k, (found, _) in enumerate(answers)
         for name, values in found.items()
     }
-    h = operators.mean_edge_length
+    h: float = operators.mean_edge_length
+    bare = np.asarray(~frames[:, 1].any(axis=1))  # e2 = n x e1
+    without_normal = int(mesh.ranks.sum(int((bare[: mesh.n_own] & (operators.areas > 0)).sum())))
     report = {
         "sources": points.report(),
         "vectors": tangent.tolist(),
         "connection": "normals",
         "times": [step.report(h) for step in steps],
-        "unreachable_vertices": int(mesh.ranks.sum(int((np.isinf(heat.paths) & (operators.areas > 0)).sum()))),
+        **({"vertices_without_normal": without_normal} if without_normal else {}),
+        "unreachable_vertices": int(mesh.ranks.sum(int(heat.unreached(bare if without_normal else None).sum()))),
         "mean_edge_length": h,
         "heat": [report for _, report in answers],
     }
@@ -113,6 +117,18 @@ class _VectorHeat:
         warm = mesh.with_ghosts(self._impulse > 0)
         #: Path lengths along edges from the corners of the sources, (k,).
         self.paths = edge_path_distance(mesh, operators, np.flatnonzero(warm))
+
+    def unreached(self, bare: NDArray[np.bool_] | None) -> NDArray[np.bool_]:
+        """Return a mask, (k,), of the vertices with faces that no vector reaches.
+
+        bare : (k + g,) mask of vertices without a normal, if there are any: vectors do not pass them.
+        """
+        mesh, has_area = self._mesh, self._operators.areas > 0
+        if bare is None:
+            return np.asarray(np.isinf(self.paths) & has_area)
+        labels = component_labels(mesh, self._operators.edges[~bare[self._operators.edges].any(axis=1)])
+        with_source = np.concatenate(mesh.ranks.comm.allgather(np.unique(labels[self._impulse > 0])))
+        return np.asarray(~np.isin(labels, with_source) & has_area & ~bare[: mesh.n_own])
 
     def __call__(self, step: TimeStep) -> tuple[dict[str, Floats], dict[str, Any]]:
         """Return the fields, (k, 3), and the methods of the heat steps, for a report."""

@@ -19,7 +19,7 @@ from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.options import Connection
 from geomhw.transport.vector_heat import VectorHeat
 from support.hostile import Arrays, arrays, far_away, flipped, pinched_meshes, renumbered, rotated_corners
-from support.meshes import book
+from support.meshes import book, folded
 from support.reference import needs_reference, reference
 
 MESHES = pinched_meshes()
@@ -137,11 +137,6 @@ def test_transport_does_not_pass() -> None:
     values = heat.extend([source], [7.0])
     assert np.isnan(values[lower]).all()
     np.testing.assert_allclose(values[~lower], 7)
-
-
-def folded(flat: TriangleMesh) -> TriangleMesh:
-    """Return a sheet in the plane folded along x = 0."""
-    return TriangleMesh(flat.vertices * [1, 1, 0] * np.sign(flat.vertices[:, :1]) ** [1, 0, 0], flat.faces)
 
 
 @pytest.mark.parametrize("robust", [False, True])

@@ -152,3 +152,8 @@ def flat_torus(n: int = 4, rings: int = 3) -> tuple[TriangleMesh, np.ndarray, fl
             a, b, c, d = row * n + k, row * n + (k + 1) % n, above * n + (k + 1) % n, above * n + k
             faces += [[a, b, c], [a, c, d]]
     return TriangleMesh(points, faces), np.array(coordinates), n * side, 2 * height
+
+
+def folded(flat: TriangleMesh) -> TriangleMesh:
+    """Return a sheet in the plane folded along x = 0."""
+    return TriangleMesh(flat.vertices * [1, 1, 0] * np.sign(flat.vertices[:, :1]) ** [1, 0, 0], flat.faces)

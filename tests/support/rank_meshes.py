@@ -8,8 +8,9 @@ import numpy as np
 from geomhw.distributed import connect
 from geomhw.io import read, write
 from geomhw.mesh import TriangleMesh
-from geomhw.mesh.primitives import icosphere, torus
+from geomhw.mesh.primitives import grid, icosphere, torus
 from geomhw.results import Result
+from support.meshes import folded
 from support.reference import REFERENCE
 
 RANKS = connect()
@@ -27,6 +28,11 @@ def genus_two() -> TriangleMesh:
     a, b = one.faces[near], other.faces[low][::-1] + one.n_vertices
     tube = [[a[k], a[k - 2], b[k]] for k in range(3)] + [[a[k - 2], b[k - 2], b[k]] for k in range(3)]
     return TriangleMesh(np.concatenate([one.vertices, other.vertices]), np.concatenate([faces, tube]))
+
+
+def folded_sheet() -> TriangleMesh:
+    flat = grid(20, 10, 2.0, 1.0)
+    return folded(TriangleMesh(flat.vertices - [1.0, 0.0, 0.0], flat.faces))
 
 
 def with_loose_vertex() -> TriangleMesh:
