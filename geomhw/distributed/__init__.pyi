@@ -7,7 +7,7 @@ from .pieces import WRITABLE as WRITABLE
 from .pieces import write_distributed as write_distributed
 from .ranks import Ranks as Ranks
 from .ranks import connect as connect
-from .slices import SlicedFile as SlicedFile
+from .sliced_file import SlicedFile as SlicedFile
 from .slices import open_sliced as open_sliced
 from .source_points import face_sources as face_sources
 from .source_points import near_sources as near_sources

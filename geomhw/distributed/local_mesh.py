@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from geomhw.arrays import Floats, Ints
 from geomhw.distributed.partition import Partition, partition
 from geomhw.distributed.ranks import Ranks, release_memory
-from geomhw.distributed.slices import SlicedFile
+from geomhw.distributed.sliced_file import SlicedFile
 from geomhw.errors import MeshError
 from geomhw.mesh.triangle_mesh import TriangleMesh
 

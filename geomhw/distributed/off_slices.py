@@ -8,7 +8,7 @@ import numpy as np
 
 from geomhw.arrays import Floats, Ints
 from geomhw.distributed.ranks import Ranks
-from geomhw.distributed.slices import LONGEST_HEADER, SlicedFile, unsliceable
+from geomhw.distributed.sliced_file import LONGEST_HEADER, SlicedFile, unsliceable
 from geomhw.errors import FormatError
 from geomhw.io.formats.off_read import BINARY, KEYWORD, WIDTHS, corners_of_faces, counts_of, first_token
 from geomhw.io.formats.text_file import NumberRows, TextFile

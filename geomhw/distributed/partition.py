@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from geomhw.arrays import Floats, Ints, pieces
 from geomhw.distributed.ranks import Ranks
-from geomhw.distributed.slices import SlicedFile
+from geomhw.distributed.sliced_file import SlicedFile
 from geomhw.errors import MeshError
 from geomhw.mesh.hilbert_curve import BITS, hilbert_keys
 

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from geomhw.arrays import Floats, Ints
-from geomhw.distributed.slices import LONGEST_HEADER, SlicedFile, unsliceable
+from geomhw.distributed.sliced_file import LONGEST_HEADER, SlicedFile, unsliceable
 from geomhw.errors import FormatError
 from geomhw.io.formats.ply_header import ORDERS, Element, read_header
 

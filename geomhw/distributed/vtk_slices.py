@@ -7,7 +7,7 @@ from xml.etree.ElementTree import Element, ParseError
 import numpy as np
 
 from geomhw.arrays import Floats, Ints
-from geomhw.distributed.slices import LONGEST_HEADER, SlicedFile, unsliceable
+from geomhw.distributed.sliced_file import LONGEST_HEADER, SlicedFile, unsliceable
 from geomhw.errors import FormatError
 from geomhw.io.formats.vtk_write import TRIANGLE
 from geomhw.io.formats.vtk_xml_read import TYPES, parse_head
