@@ -1,6 +1,6 @@
 """``geomhw smooth``: smoothing of arrays along the surface by heat flow."""
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from geomhw_cli import options
 from geomhw_cli.options import OptionGroup, command, option
@@ -11,6 +11,11 @@ from geomhw_cli.specs.files import Spec
 from geomhw_cli.specs.masks import MaskSpec, MeshPart
 from geomhw_cli.specs.numbers import POSITIVE
 
+if TYPE_CHECKING:
+    from geomhw.arrays import Floats
+
+#: Share of the range by which smoothed values may pass it without a warning: 3 % occur at a width of one edge.
+OVERSHOOT = 0.05
 MASK = option(
     "--mask",
     "FILE:ARRAY|@FILE",
@@ -73,7 +78,7 @@ def smooth(
     areas, before = part.mesh.vertex_areas, np.asarray(field.values, dtype=float)
     totals = [(areas @ f).tolist() for f in (before, values)]
     deviations = [np.asarray(f).std(axis=0).max().item() for f in (before, values)]
-    answers = {
+    answers: dict[str, Any] = {
         "array": field.name,
         "fwhm": fwhm,
         "time": smoothing.time,
@@ -82,11 +87,18 @@ def smooth(
             "before": [before.min().item(), before.max().item()],
             "after": [values.min().item(), values.max().item()],
         },
+        "beyond_range": _beyond(before, values),
         "standard_deviation": {"before": deviations[0], "after": deviations[1]},
     }
     if fwhm < 2 * mesh.mean_edge_length:
         job.remarks.append(
             f"note: the width is less than two edges (h = {mesh.mean_edge_length:.4g}); it is not resolved"
+        )
+    if (beyond := answers["beyond_range"]) > OVERSHOOT:
+        remedy = "refine the mesh there" if robust else "compute with --robust"
+        job.remarks.append(
+            f"warning: values pass those of the array by {100 * beyond:.2g} % of their range, because of very obtuse "
+            f"angles; {remedy}"
         )
     lines = [
         f"array: {field.name}, {values.min():.6g} to {values.max():.6g}",
@@ -94,3 +106,12 @@ def smooth(
         f"smoothed: full width at half maximum {fwhm:g}, t = {smoothing.time:.6g}",
     ]
     job.finish(mesh, answers, lines)
+
+
+def _beyond(before: "Floats", after: "Floats") -> float:
+    """Return by how much values, (n,) or (n, k), pass those before, as a share of their range; the largest share."""
+    import numpy as np
+
+    low, high = before.min(axis=0), before.max(axis=0)
+    passed = np.maximum(np.maximum(low - after.min(axis=0), after.max(axis=0) - high), 0.0)
+    return float(np.max(np.divide(passed, high - low, out=np.zeros_like(passed), where=high > low)))

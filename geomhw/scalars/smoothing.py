@@ -6,7 +6,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from geomhw.arrays import Floats
-from geomhw.errors import ArgumentError
+from geomhw.errors import ArgumentError, ConvergenceError
 from geomhw.intrinsic.divided_faces import divided_faces
 from geomhw.mesh.polyhedral import PolyhedralSurface
 from geomhw.operators.laplacian import stiffness
@@ -83,7 +83,8 @@ class HeatSmoothing:
     MeshError
         If a face has zero area.
     ConvergenceError
-        If the linear system has no finite solution.
+        If the linear system has no finite solution, or a constant does not stay positive among very obtuse angles: then
+        give the intrinsic Delaunay triangulation as ``surface``.
 
     References
     ----------
@@ -119,7 +120,15 @@ class HeatSmoothing:
         self._solve = LaplaceSolver(heat, free, solves=2 * self._steps)
         self._scale, self._rest = np.ones(surface.n_vertices), np.zeros(surface.n_vertices)
         if is_narrow:
-            self._scale[self._free] /= np.sqrt(self._smooth(self._scale)[self._free])
+            ones = self._smooth(self._scale)[self._free]
+            if not (ones > 0).all():
+                v, value = np.flatnonzero(self._free)[ones.argmin()], ones.min()
+                raise ConvergenceError(
+                    f"a constant 1 would become {value:.3g} at vertex {v}, since faces there have very obtuse angles; "
+                    "compute with robust=True, or a larger width",
+                    "robust=True",
+                )
+            self._scale[self._free] /= np.sqrt(ones)
             self._rest[self._free] = 1 - (self._scale * self._smooth(self._scale))[self._free]
 
     def __call__(self, values: Floats) -> Floats:

@@ -4,9 +4,10 @@ import json
 
 import numpy as np
 import pytest
+from scipy.spatial import Delaunay
 
 from geomhw.io import read, read_field, write
-from geomhw.mesh import icosphere
+from geomhw.mesh import TriangleMesh, icosphere
 from geomhw.results import Field, Result
 from support.messages import missing
 from support.program import run, save_off
@@ -88,6 +89,26 @@ def test_thresholds_and_edges_of_masks(threshold: list[str]) -> None:
     report = json.loads(run("extrema", "ball.off", *line).stdout)
     assert [row["vertex"] for row in report["maxima"]] == [X.argmax()]
     assert report["minima"] == []
+
+
+@pytest.mark.parametrize(
+    ("options", "code", "words"),
+    [
+        (["--fwhm", "0.08"], 1, "a constant 1 would become ... at vertex ... --robust"),
+        (["--fwhm", "0.3"], 0, "values pass those of the array by ... % of their range ... --robust"),
+        (["--fwhm", "0.08", "--robust"], 0, ""),
+        (["--fwhm", "0.3", "--robust"], 0, ""),
+    ],
+)
+def test_smooth_among_very_obtuse_angles(options: list[str], code: int, words: str) -> None:
+    """Values that pass the range are reported, and a width is refused at which a constant would become negative."""
+    x, y = np.random.default_rng(0).random((2, 80))
+    mesh = TriangleMesh(np.column_stack([x, 0.1 * y, 0 * x]), Delaunay(np.column_stack([x, y])).simplices)
+    write(Result(mesh, [Field("f", "vertex", x * y)]), "flat.vtp")
+    answer = run("smooth", "flat.vtp", *options, "--no-png", "-o", "s.vtp")
+    assert answer.exit_code == code
+    assert not missing(answer.stdout + answer.stderr, words)
+    assert ("--robust" in answer.stdout + answer.stderr) == bool(words)
 
 
 @pytest.mark.usefixtures("files")
