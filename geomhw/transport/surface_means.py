@@ -5,63 +5,26 @@ Weiszfeld: Sur le point pour lequel la somme des distances de n points donnés e
 Vardi, Zhang: The Multivariate L1-Median and Associated Data Depth. PNAS 97(4), 2000.
 """
 
-from dataclasses import dataclass
 from math import inf
 
 import numpy as np
 
-from geomhw.arrays import Floats, Ints
 from geomhw.errors import ArgumentError, FieldError
 from geomhw.geodesic.exact import ExactDistance
 from geomhw.geodesic.shortest_paths import ShortestPaths
-from geomhw.geodesic.straightest import StraightestGeodesics
 from geomhw.mesh.inserted_points import InsertedPoints, insert_points
 from geomhw.mesh.named_points import face_point, vertex_points
 from geomhw.mesh.surface_points import SurfacePoints, concatenate
 from geomhw.mesh.triangle_mesh import TriangleMesh
-from geomhw.transport.log_map import LogarithmicMap
+from geomhw.transport.mean_search import MeanSearch, SurfaceMean
 
 #: Starts are vertices and edges of least value among their neighbors, within this share of the least one; how many of
 #: either kind.
 BAND, STARTS = 0.05, 8
-#: Steps, at most, and halvings of a step.
-STEPS, HALVINGS = 500, 30
-#: Steps end at this length, and values are equal up to this share.
-SHORTEST, ROUNDING, EQUAL = 1e-14, 1e-14, 1e-9
-#: Directions to points, at most, even ones, and lengths as shares of a step, in which the sum may decrease where it
-#: does not in that of the step.
-DIRECTIONS, EVEN_DIRECTIONS, SHARES = 8, np.arange(0, 360, 45), (0.5, 0.02)
-#: A step of this length, as a share of the largest distance of a point, changes the sum by rounding.
-NEGLIGIBLE = 1e-7
+#: Values are equal up to this share.
+EQUAL = 1e-9
 #: Minima at a larger distance differ, as a share of the largest distance of a point.
 APART = 1e-5
-
-
-@dataclass(frozen=True, eq=False)
-class SurfaceMean:
-    """A point that minimizes a sum over given points.
-
-    Attributes
-    ----------
-    point : SurfacePoints
-    value : float
-        Sum of the squared distances, or for a median sum of the distances.
-    distances : (k,) array
-        Exact distance of each given point.
-    last_step : float
-        Length of the next step of the iteration: 0 at a stationary point, up to rounding.
-    steps : int
-        Number of steps.
-    others : SurfacePoints, optional
-        Further minima that were found with the same value: the mean is not unique.
-    """
-
-    point: SurfacePoints
-    value: float
-    distances: Floats
-    last_step: float
-    steps: int
-    others: SurfacePoints | None = None
 
 
 def karcher_mean(mesh: TriangleMesh, points: SurfacePoints) -> SurfaceMean:
@@ -117,7 +80,7 @@ def _center(mesh: TriangleMesh, points: SurfacePoints, median: bool) -> SurfaceM
     if not len(points):
         raise ArgumentError("there is no point to take the mean of")
     inserted = insert_points(mesh, points)
-    search = _Search(inserted.mesh, inserted.vertices, median)
+    search = MeanSearch(inserted.mesh, inserted.vertices, median)
     found = [search.minimum(start) for start in _starts(search)]
     best = min(found, key=lambda item: item.value)
     places = [original_point(mesh, inserted, item.point) for item in found]
@@ -142,7 +105,7 @@ def original_point(mesh: TriangleMesh, inserted: InsertedPoints, point: SurfaceP
     return face_point(mesh, int(inserted.parents[face]), corner @ inserted.corners[face])
 
 
-def _starts(search: "_Search") -> list[SurfacePoints]:
+def _starts(search: MeanSearch) -> list[SurfacePoints]:
     """Vertices and middles of edges to start from, the best first: local minima of the sum, as it is on flat faces.
 
     A squared distance from one image of a point is x² + a linear function along an edge, and thus known from its ends.
@@ -186,77 +149,3 @@ def _middle(mesh: TriangleMesh, edge: int) -> SurfacePoints:
     """Return the middle of an edge."""
     face = int(np.flatnonzero((mesh.edge_table.of_faces == edge).any(axis=1))[0])
     return face_point(mesh, face, np.isin(mesh.faces[face], mesh.edges[edge]) / 2)
-
-
-class _Search:
-    """Minimization over a mesh of which the given points are vertices."""
-
-    def __init__(self, mesh: TriangleMesh, targets: Ints, median: bool) -> None:
-        self.mesh, self.targets, self.median = mesh, targets, median
-        self._log, self._lines = LogarithmicMap(mesh), StraightestGeodesics(mesh)
-
-    def minimum(self, start: SurfacePoints) -> SurfaceMean:
-        """Return the minimum to which the iteration from a point converges."""
-        here = self._at(start, 0)
-        for steps in range(1, STEPS + 1):
-            if np.linalg.norm(here[1]) <= SHORTEST * here[0].distances.max():
-                break
-            following = self._step(*here, steps) or self._in_any_direction(here[0], steps)
-            if following is None:
-                break
-            here = following
-        return here[0]
-
-    def _step(self, state: SurfaceMean, step: Floats, number: int) -> tuple[SurfaceMean, Floats] | None:
-        """Return the state after a step that does not increase the sum; None if there is none."""
-        length, degrees = state.last_step, float(np.degrees(np.arctan2(step[1], step[0])))
-        for _ in range(HALVINGS):
-            new = self._moved(state, degrees, length, number)
-            if new is None:
-                return None
-            flat = new[0].value > state.value * (1 - ROUNDING)
-            if new[0].value <= state.value * (1 + ROUNDING) and not (flat and new[0].last_step >= state.last_step):
-                return new
-            length /= 2
-        return None
-
-    def _in_any_direction(self, state: SurfaceMean, number: int) -> tuple[SurfaceMean, Floats] | None:
-        """Return the state of least sum of some directions; None if the sum decreases in none.
-
-        At a vertex with an angle far from 2π, and at the boundary, the mean of the logarithms may not be one.
-        Directions are relative to those of the points, so that they do not depend on the order of faces.
-        """
-        if state.last_step <= NEGLIGIBLE * state.distances.max():
-            return None
-        angles = np.asarray(self._log.from_source(state.point)["angle"])[self.targets]
-        to_points = np.degrees(angles[np.isfinite(angles)])
-        directions = [*to_points[:DIRECTIONS].tolist(), *(to_points[:1] + EVEN_DIRECTIONS).tolist()]
-        for share in SHARES:
-            ends = [self._moved(state, degrees, share * state.last_step, number) for degrees in directions]
-            best = min((end for end in ends if end), key=lambda end: end[0].value, default=None)
-            if best and best[0].value < state.value * (1 - ROUNDING):
-                return best
-        return None
-
-    def _moved(
-        self, state: SurfaceMean, degrees: float, length: float, number: int
-    ) -> tuple[SurfaceMean, Floats] | None:
-        """Return the state at the end of a straightest line; None off the boundary."""
-        try:
-            return self._at(self._lines.trace_angle(state.point, degrees, length).end(-1), number)
-        except ArgumentError:
-            return None
-
-    def _at(self, point: SurfacePoints, number: int) -> tuple[SurfaceMean, Floats]:
-        """Return the state at a point, and the next step as a vector in the frame of the logarithmic map."""
-        result = self._log.from_source(point)
-        d, log = np.asarray(result["radius"])[self.targets], np.asarray(result["log"])[self.targets]
-        away = (d > 0) & np.isfinite(log).all(axis=1)
-        if not self.median:
-            step, value = log[away].sum(axis=0) / len(d), float((d**2).sum())
-        else:
-            pull, at = (log[away] / d[away, None]).sum(axis=0), len(d) - np.count_nonzero(away)
-            strength = float(np.linalg.norm(pull))
-            share = max(1 - at / strength, 0.0) if strength > 0 else 0.0
-            step, value = share * pull / max(float((1 / d[away]).sum()), np.finfo(float).tiny), float(d.sum())
-        return SurfaceMean(point, value, d, float(np.linalg.norm(step)), number), step

@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from attack.families import random_mesh
 
 from geomhw.errors import FieldError
 from geomhw.geodesic import ExactDistance, farthest_points, voronoi_cells
@@ -134,3 +135,12 @@ def test_order_of_faces() -> None:
     expected = karcher_mean(mesh, vertex_points(mesh, given)).point.positions(mesh)
     found = karcher_mean(other, vertex_points(other, rank[given])).point.positions(other)
     np.testing.assert_allclose(found, expected, atol=1e-9)
+
+
+@pytest.mark.parametrize("side", [1, -1])
+def test_along_the_boundary(side: int) -> None:
+    """Where the mean is on the boundary, the iteration follows it, for either orientation of the faces."""
+    vertices, faces = random_mesh("moebius", 908)
+    mesh = TriangleMesh(vertices, faces[:, ::side])
+    found = karcher_mean(mesh, vertex_points(mesh, [faces[len(faces) // 2, 0], *faces[len(faces) // 3, :2]]))
+    assert found.last_step < 1e-9 * found.distances.max()
