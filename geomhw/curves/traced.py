@@ -3,10 +3,12 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import NoReturn
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from geomhw.arrays import Floats
 from geomhw.curves.plane_walk import PlaneWalk, Step
 from geomhw.errors import FieldError
 from geomhw.geodesic.shortest_paths import ShortestPaths
@@ -18,6 +20,8 @@ from geomhw.mesh.triangle_mesh import TriangleMesh
 
 #: Distance from the surface, in diagonals of the mesh, beyond which a polyline is no curve on the surface.
 FARTHEST = 0.1
+#: Distance, in diagonals, from which the bounding box is as far as the surface, to the digits of a message.
+VERY_FAR = 1e4
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,8 +59,8 @@ def trace_polyline(mesh: TriangleMesh, points: ArrayLike, name: str = "the curve
     Raises
     ------
     FieldError
-        If the curve has fewer than two different points, is farther from the surface than a tenth of the diagonal of
-        the mesh, or consecutive points lie on different components.
+        If the curve has fewer than two different points, a coordinate is not finite, a point is farther from the
+        surface than a tenth of the diagonal of the mesh, or consecutive points lie on different components.
 
     Examples
     --------
@@ -70,24 +74,34 @@ def trace_polyline(mesh: TriangleMesh, points: ArrayLike, name: str = "the curve
 def trace_polylines(mesh: TriangleMesh, polylines: Sequence[ArrayLike], names: Sequence[str]) -> list[TracedCurve]:
     """Project polylines to a surface as `trace_polyline` does, in less time than one by one."""
     lines = [np.asarray(points, dtype=float).reshape(-1, 3) for points in polylines]
-    for places, name in zip(lines, names, strict=True):
-        if not len(places):
-            raise FieldError(f"{name} has no point")
-    found = nearest_points(mesh, np.concatenate(lines))
     low, high = bounding_box(mesh)
     diagonal, walk, begin, curves = float(np.linalg.norm(high - low)), PlaneWalk(mesh), 0, []
     for places, name in zip(lines, names, strict=True):
+        if not len(places):
+            raise FieldError(f"{name} has no point")
+        for k in np.flatnonzero(~np.isfinite(places).all(axis=1))[:1]:
+            raise FieldError(f"point {k} of {name} has the coordinates {places[k].tolist()}; a point has finite ones")
+        beyond = np.hypot.reduce(np.maximum(np.maximum(low - places, places - high), 0), axis=1)
+        if beyond.max() > VERY_FAR * diagonal:
+            _raise_far(beyond, diagonal, name)
+    found = nearest_points(mesh, np.concatenate(lines))
+    for places, name in zip(lines, names, strict=True):
         points = found[np.arange(begin, begin + len(places))]
         distances = lengths(points.positions(mesh) - places)
-        worst = int(distances.argmax())
-        if distances[worst] > FARTHEST * diagonal:
-            raise FieldError(
-                f"point {worst} of {name} is {distances[worst]:.4g} from the surface, "
-                f"{distances[worst] / diagonal:.2g} diagonals of the mesh; a curve lies on the surface or near it"
-            )
-        curves.append(TracedCurve(_joined(walk, points, name), float(distances[worst])))
+        if distances.max() > FARTHEST * diagonal:
+            _raise_far(distances, diagonal, name)
+        curves.append(TracedCurve(_joined(walk, points, name), float(distances.max())))
         begin += len(places)
     return curves
+
+
+def _raise_far(distances: Floats, diagonal: float, name: str) -> NoReturn:
+    """Raise FieldError for the farthest point of a curve."""
+    worst = int(distances.argmax())
+    raise FieldError(
+        f"point {worst} of {name} is {distances[worst]:.4g} from the surface, "
+        f"{distances[worst] / diagonal:.2g} diagonals of the mesh; a curve lies on the surface or near it"
+    )
 
 
 def trace_points(mesh: TriangleMesh, points: SurfacePoints, name: str = "the curve") -> TracedCurve:

@@ -210,9 +210,11 @@ def test_traced_polylines() -> None:
         (ring[:1], "one point"),
         (ring[[0, 0]], "one point"),
         (np.empty((0, 3)), "no point"),
+        (np.where(ring > 0.999, np.nan, ring), r"point 0 of the ring .*finite"),
+        (1e12 * ring, "point 0 of the ring is 1e\\+12 from the surface"),
     ):
         with pytest.raises(FieldError, match=words):
-            trace_polyline(ball, points)
+            trace_polyline(ball, points, "the ring")
     balls = two_spheres()
     with pytest.raises(FieldError, match="different components"):
         trace_polyline(balls, [[1, 0, 0], [3.5, 0, 0]])
