@@ -42,7 +42,14 @@ from geomhw_cli.specs.sources import shortened, source_line
             help="Replace distances of the signed heat method by exact ones where the curve is closed.  "
             "[default: --correct]",
         ),
-        option("--time", "T", str, f"Diffusion time of curve normals: {options.TIME_HELP}.", default="0.45*h2"),
+        option(
+            "--time",
+            "T",
+            str,
+            f"Diffusion time of curve normals: {options.TIME_HELP}. h is the mean edge length; auto is 0.45*h2, more "
+            "on meshes of over 20,480 faces.",
+            default="auto",
+        ),
     ),
     FIELD_FILES,
     options.REPORT,

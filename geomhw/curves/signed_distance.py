@@ -21,7 +21,7 @@ from geomhw.results import Field, Result
 
 
 def signed_distance(
-    mesh: TriangleMesh, curves: SurfacePoints, correct: bool = True, time: str | float = "0.45*h2"
+    mesh: TriangleMesh, curves: SurfacePoints, correct: bool = True, time: str | float = "auto"
 ) -> Result:
     """Return the distance from curves, positive on their left, negative on their right, seen from outside.
 
@@ -32,7 +32,7 @@ def signed_distance(
     correct : whether to replace the generalized distance of the signed heat method by exact distances in pieces whose
         side is known. In pieces on both sides of a curve without ends or crossings, such as one meridian of a torus, no
         sign is known, and distances are unsigned.
-    time : diffusion time of the signed heat method, as in `time_step`.
+    time : diffusion time of the signed heat method, as in `SignedHeat`.
 
     Returns
     -------

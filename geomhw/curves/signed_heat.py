@@ -3,6 +3,8 @@
 Feng, Crane: A Heat Method for Generalized Signed Distance. ACM Trans. Graph. 43(4), 2024.
 """
 
+from dataclasses import replace
+
 import numpy as np
 
 from geomhw.arrays import Complexes, Floats
@@ -30,6 +32,8 @@ from geomhw.solvers.nullspace import free_unknowns, without_mean
 LARGE = 4000
 #: Of sweeps; φ changes by less than 1e-6 h, where its error is 1e-2 h.
 TOLERANCE = 1e-7
+#: Diffusion time in h² on meshes of this number of faces or fewer; on finer ones it grows with the fourth root.
+SHORT, FEW_FACES = 0.45, 20_480
 
 
 class SignedHeat:
@@ -38,7 +42,8 @@ class SignedHeat:
     Parameters
     ----------
     mesh : an oriented manifold mesh.
-    time : diffusion time as in `time_step`.
+    time : diffusion time as in `time_step`, except that ``auto`` is 0.45 h² up to 20,480 faces m, and
+        0.45 (m/20480)^¼ h² above.
 
     Raises
     ------
@@ -50,11 +55,11 @@ class SignedHeat:
     Feng, Crane: A Heat Method for Generalized Signed Distance. ACM Trans. Graph. 43(4), 2024.
     """
 
-    def __init__(self, mesh: TriangleMesh, time: str | float = "0.45*h2") -> None:
+    def __init__(self, mesh: TriangleMesh, time: str | float = "auto") -> None:
         mesh.require_oriented("signed distance")
         mesh.require_area()
         self.mesh: TriangleMesh = mesh
-        self.time: TimeStep = time_step(time, mesh)
+        self.time: TimeStep = _auto_time(mesh) if str(time).strip() == "auto" else time_step(time, mesh)
         self._stiffness, self._free = stiffness(mesh), free_unknowns(mesh.components, mesh.unreferenced_vertices)
         solver: SolverName = "multigrid" if mesh.n_vertices >= LARGE else "direct"
         self._poisson = LaplaceSolver(self._stiffness, self._free, solver, 1)
@@ -107,6 +112,16 @@ class SignedHeat:
         X = scaled[of] * np.exp(p.min(axis=1, keepdims=True) - p)
         size = (np.abs(X.real) + np.abs(X.imag)).max(axis=1, keepdims=True)
         return np.divide(X, size, out=np.zeros_like(X), where=size > 0)
+
+
+def _auto_time(mesh: TriangleMesh) -> TimeStep:
+    """Return the diffusion time c h² that balances two errors of φ on a surface of size L.
+
+    Directions are wrong by the shape of faces, which adds up over distances: an error of h²/t L. Where fronts meet,
+    directions are averaged over √t. The sum is least near c = (L/h)^½, up to a factor.
+    """
+    factor = SHORT * max(1.0, mesh.n_faces / FEW_FACES) ** 0.25
+    return replace(time_step(f"{factor}*h2", mesh), asked="auto", reason=f"{factor:.3g} h²")
 
 
 def _face_times(mesh: TriangleMesh, t: float) -> Floats:
