@@ -4,6 +4,7 @@ Feng, Crane: A Heat Method for Generalized Signed Distance. ACM Trans. Graph. 43
 """
 
 from dataclasses import replace
+from functools import reduce
 
 import numpy as np
 
@@ -95,7 +96,8 @@ class SignedHeat:
         start = np.full(mesh.n_vertices, np.inf)
         start[mesh.faces[curves.segments[:, 2]]] = 0.0
         arrival = edge_path_distance(mesh, np.flatnonzero(start == 0), start) / np.sqrt(self.time.t)
-        potential = arrival[mesh.edges].mean(axis=1)
+        low, high = mesh.edges.T
+        potential = (arrival[low] + arrival[high]) / 2
         reached = np.flatnonzero(np.isfinite(potential))
         A = self._matrix if len(reached) == mesh.n_edges else self._matrix[reached][:, reached]
         scaled = np.zeros(mesh.n_edges, dtype=complex)
@@ -109,8 +111,9 @@ class SignedHeat:
             potential = np.where(np.isfinite(potential), 0.0, np.inf)
         of = mesh.edge_table.of_faces
         p = np.where(np.isfinite(potential), potential, 0.0)[of]
-        X = scaled[of] * np.exp(p.min(axis=1, keepdims=True) - p)
-        size = (np.abs(X.real) + np.abs(X.imag)).max(axis=1, keepdims=True)
+        # By columns, which takes a tenth of the time of reductions along rows of three.
+        X = scaled[of] * np.exp(reduce(np.minimum, p.T)[:, None] - p)
+        size = reduce(np.maximum, (np.abs(X.real) + np.abs(X.imag)).T)[:, None]
         return np.divide(X, size, out=np.zeros_like(X), where=size > 0)
 
 
@@ -132,7 +135,7 @@ def _face_times(mesh: TriangleMesh, t: float) -> Floats:
     """
     c, squares, A = mesh.cotangents, np.square(mesh.edge_lengths[mesh.edge_table.of_faces]), mesh.face_areas[:, None]
     terms = c * ((1 + c**2) * squares**2 / 128 + (c * squares / 8 - A / 6) ** 2) / (2 * A)
-    return np.asarray(t - np.clip(terms.sum(axis=1), 0, t / 2))
+    return np.asarray(t - np.clip(sum(terms.T), 0, t / 2))
 
 
 def _normals(mesh: TriangleMesh, curves: SurfacePoints, middles: Floats, directions: Complexes) -> Complexes:
