@@ -149,10 +149,14 @@ def isolines(mesh: TriangleMesh, values: ArrayLike, levels: ArrayLike) -> Isolin
 def levels_between(mesh: TriangleMesh, one: SurfacePoints, other: SurfacePoints) -> Floats:
     """Return the share of the way from one set of points to another at each vertex: d₁ / (d₁ + d₂) of exact distances.
 
+    It is NaN on components without one of the sets.
+
     Raises
     ------
     ArgumentError
         If the sets share a vertex.
+    FieldError
+        If no path leads from one to the other.
 
     Examples
     --------
@@ -166,8 +170,10 @@ def levels_between(mesh: TriangleMesh, one: SurfacePoints, other: SurfacePoints)
     if ((near == 0) & (far == 0)).any():
         shared = int(np.flatnonzero((near == 0) & (far == 0))[0])
         raise ArgumentError(f"both sets contain vertex {shared}; between them there must be a distance")
-    with np.errstate(invalid="ignore"):
-        return np.asarray(near / (near + far))  # NaN on components without one of the sets
+    way = near + far
+    if not np.isfinite(way).any():
+        raise FieldError("no path leads from one set to the other: they lie on different components")
+    return np.asarray(np.divide(near, way, out=np.full(len(way), np.nan), where=np.isfinite(way)))
 
 
 def _polylines(mesh: TriangleMesh, graph: LevelGraph, levels: Floats) -> Isolines:

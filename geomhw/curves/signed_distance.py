@@ -12,6 +12,7 @@ import numpy as np
 from geomhw.arrays import Floats, Ints
 from geomhw.curves.signed_heat import SignedHeat
 from geomhw.errors import FieldError
+from geomhw.geodesic.diffusion_time import given_time
 from geomhw.geodesic.exact import ExactDistance
 from geomhw.mesh.inserted_curves import InsertedSources, insert_sources
 from geomhw.mesh.surface_points import SurfacePoints
@@ -45,6 +46,8 @@ def signed_distance(
         If there is no segment.
     MeshError
         If the mesh is no oriented manifold, or a face has zero area.
+    ArgumentError
+        If the time is none, as for `time_step`.
 
     Examples
     --------
@@ -60,6 +63,8 @@ def signed_distance(
     if not len(curves.segments):
         raise FieldError("a signed distance needs a curve, not points")
     mesh.require_oriented("signed distance")
+    if str(time).strip() != "auto":
+        given_time(time, mesh.mean_edge_length)  # a wrong time is an error also where it is not used
     found = _Sides.of(mesh, curves) if correct else None
     heat = None
     if found is None or found.needs_heat:

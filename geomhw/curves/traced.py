@@ -81,7 +81,8 @@ def trace_polylines(mesh: TriangleMesh, polylines: Sequence[ArrayLike], names: S
             raise FieldError(f"{name} has no point")
         for k in np.flatnonzero(~np.isfinite(places).all(axis=1))[:1]:
             raise FieldError(f"point {k} of {name} has the coordinates {places[k].tolist()}; a point has finite ones")
-        beyond = np.hypot.reduce(np.maximum(np.maximum(low - places, places - high), 0), axis=1)
+        with np.errstate(over="ignore"):
+            beyond = np.hypot.reduce(np.maximum(np.maximum(low - places, places - high), 0), axis=1)
         if beyond.max() > VERY_FAR * diagonal:
             _raise_far(beyond, diagonal, name)
     found = nearest_points(mesh, np.concatenate(lines))

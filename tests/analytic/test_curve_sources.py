@@ -8,6 +8,7 @@ import pytest
 
 from geomhw.arrays import Floats
 from geomhw.curves import isolines, levels_between, trace_polyline
+from geomhw.errors import FieldError
 from geomhw.geodesic import ExactDistance, HeatDistance, voronoi_cells
 from geomhw.mesh import (
     SurfacePoints,
@@ -22,7 +23,7 @@ from geomhw.mesh import (
 from geomhw.mesh.named_points import region_points
 from geomhw.mesh.surface_points import concatenate
 from geomhw.transport import VectorHeat
-from support.meshes import split_diagonals
+from support.meshes import split_diagonals, two_spheres
 
 SQUARE = grid(14, 14)
 
@@ -165,6 +166,18 @@ def test_levels_between_curves() -> None:
     points = found.positions[found.starts[longest] : found.starts[longest + 1]]
     radius = np.linalg.norm(points[:, :2] - 0.5, axis=1)
     np.testing.assert_allclose(radius, 0.1 + 0.4 * 0.35, atol=0.003)
+
+
+def test_levels_between_components() -> None:
+    """Sets on different components have nothing between them; a component without one of them has no values."""
+    balls = two_spheres()
+    one, near, far = (vertex_points(balls, [v]) for v in (0, 3, 170))
+    with pytest.raises(FieldError, match="different components"):
+        levels_between(balls, one, far)
+    shares = levels_between(balls, one, near)
+    assert np.isfinite(shares[:162]).all()
+    assert np.isnan(shares[162:]).all()
+    assert np.isnan(levels_between(balls, concatenate([one, far]), near)[163:]).all()
 
 
 def test_selected_points_keep_their_segments() -> None:

@@ -133,6 +133,7 @@ def test_where_no_side_is_known() -> None:
         (["book.off", "--curve", "pages.csv"], ["3 faces meet"]),
         (["balls.off", "--curve", "both.csv"], ["different components"]),
         (["ball.off", "--curve", "ring.csv", "--no-correct", "--time", "soon"], ["soon"]),
+        (["ball.off", "--curve", "ring.csv", "--time", "soon"], ["soon"]),
     ],
 )
 def test_refusals(arguments: list[str], words: list[str]) -> None:
