@@ -1,6 +1,5 @@
 """``geomhw vecdiffuse``: vector diffusion and parallel transport by the vector heat method."""
 
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,7 +15,7 @@ from geomhw_cli.specs.numbers import LARGEST, Number
 from geomhw_cli.specs.sources import SourceSpecs, shortened, source_line
 
 if TYPE_CHECKING:
-    from geomhw.arrays import Floats
+    from geomhw.arrays import Floats, Ints
     from geomhw.mesh.surface_points import SurfacePoints
     from geomhw.mesh.triangle_mesh import TriangleMesh
 
@@ -108,7 +107,9 @@ def vecdiffuse(
     if engine == "petsc":
         from geomhw_cli.runtime.mpi_transport import transport_over_ranks
 
-        given = partial(_vectors, start=start)
+        def given(mesh: "TriangleMesh", points: "SurfacePoints", sides: "Ints") -> "Floats":
+            return _vectors(mesh, points, start, sides)
+
         transport_over_ranks(mesh_path, sources, given, method["times"], files["outputs"], report)
         return
     from geomhw.render.vector_pictures import transport_picture
@@ -164,8 +165,13 @@ def _along(
     return unit_vectors(frames, np.full(len(points), degrees))
 
 
-def _vectors(mesh: "TriangleMesh", sources: "SurfacePoints", start: dict[str, tuple[Any, ...]]) -> "Floats":
-    """One vector for each of k sources, (k, 3), by --vector, --angle or --seed; a single one serves all."""
+def _vectors(
+    mesh: "TriangleMesh", sources: "SurfacePoints", start: dict[str, tuple[Any, ...]], sides: "Ints | int" = 1
+) -> "Floats":
+    """One vector for each of k sources, (k, 3), by --vector, --angle or --seed; a single one serves all.
+
+    sides : (k,) -1 where angles are clockwise.
+    """
     import numpy as np
 
     from geomhw.transport.source_vectors import seeded_angle, source_frames, unit_vectors
@@ -178,4 +184,4 @@ def _vectors(mesh: "TriangleMesh", sources: "SurfacePoints", start: dict[str, tu
     if name == "vector":
         return np.array(values)
     degrees = [seeded_angle(seed) for seed in values] if name == "seed" else values
-    return unit_vectors(source_frames(mesh, sources), degrees)
+    return unit_vectors(source_frames(mesh, sources), sides * np.asarray(degrees))

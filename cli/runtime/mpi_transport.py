@@ -11,7 +11,7 @@ from geomhw_cli.runtime.transport_reach import lines_on_reach
 from geomhw_cli.specs.sources import SourceSpecs, source_line
 
 if TYPE_CHECKING:
-    from geomhw.arrays import Floats
+    from geomhw.arrays import Floats, Ints
     from geomhw.distributed import LocalMesh, LocalResult
     from geomhw.mesh.surface_points import SurfacePoints
     from geomhw.mesh.triangle_mesh import TriangleMesh
@@ -24,24 +24,26 @@ OPTIONS = {"sources", "vector", "angle", "seed", "times"}
 def transport_over_ranks(
     mesh_path: Path,
     sources: SourceSpecs,
-    vectors: "Callable[[TriangleMesh, SurfacePoints], Floats]",
+    vectors: "Callable[[TriangleMesh, SurfacePoints, Ints], Floats]",
     times: Sequence[str],
     outputs: Sequence[Path],
     report: Mapping[str, bool],
 ) -> None:
     """Compute, write and report vectors on the mesh of a file that all ranks read.
 
-    vectors: returns the vectors at sources, (s, 3), on the mesh of the faces round them.
+    vectors: returns the vectors at sources, (s, 3), on the mesh of the faces round them, from that mesh, the sources
+        on it, and their `source_orientation`.
     """
     from geomhw.distributed import WRITABLE
 
     def compute(mesh: "LocalMesh", stages: "Stages", remarks: list[str]) -> "LocalResult":
-        from geomhw.distributed import distributed_transport, source_stars
+        from geomhw.distributed import distributed_transport, source_orientation, source_stars
 
         points = source_points(mesh, sources, remarks)
         with stages("sources"):
             stars = source_stars(mesh, points.corners)
-        given = vectors(stars.mesh, stars.points(points))
+            sides = source_orientation(mesh, stars, points)
+        given = vectors(stars.mesh, stars.points(points), sides)
         return distributed_transport(mesh, stars, points, given, times, stages)
 
     writable = [extension for extension in WRITABLE if extension != ".npy"]

@@ -9,6 +9,7 @@ from .ranks import Ranks as Ranks
 from .ranks import connect as connect
 from .sliced_file import SlicedFile as SlicedFile
 from .slices import open_sliced as open_sliced
+from .source_orientation import source_orientation as source_orientation
 from .source_points import face_sources as face_sources
 from .source_points import near_sources as near_sources
 from .source_points import vertex_sources as vertex_sources

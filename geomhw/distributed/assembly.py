@@ -53,13 +53,24 @@ def assemble(mesh: LocalMesh) -> LocalOperators:
     pairs, cotan = _summed(np.concatenate(edges), np.concatenate(weights), n)
     lengths = distances(mesh.vertices, pairs)
     S = edge_matrix(pairs, -cotan, weight_sums(pairs, cotan, n))[:k]
-    ours: NDArray[np.bool_] = np.asarray((pairs < k).all(axis=1))
-    # An edge to a ghost belongs to the rank of its first vertex in the order of the curve.
-    ours[~ours] = mesh.ghosts[pairs[~ours].max(axis=1) - k] >= mesh.first
-    length, count = mesh.ranks.sum(np.array([lengths[ours].sum(), ours.sum()]))
+    ours = counted_here(mesh, pairs)
     least = -mesh.ranks.max(float(-cotan[ours].min(initial=np.inf)))
     largest = mesh.ranks.max(float(np.abs(cotan[ours]).max(initial=0.0)))
-    return LocalOperators(pairs, lengths, areas[:k], S, float(length / count), (least, largest))
+    return LocalOperators(pairs, lengths, areas[:k], S, mean_edge_length(mesh, pairs[ours]), (least, largest))
+
+
+def counted_here(mesh: LocalMesh, edges: Ints) -> NDArray[np.bool_]:
+    """Whether edges with a vertex of this rank, (e, 2), have their first vertex in the order of the curve here."""
+    ours: NDArray[np.bool_] = np.asarray((edges < mesh.n_own).all(axis=1))
+    ours[~ours] = mesh.ghosts[edges[~ours].max(axis=1) - mesh.n_own] >= mesh.first
+    return ours
+
+
+def mean_edge_length(mesh: LocalMesh, counted: Ints) -> float:
+    """Return the mean length of the edges of the whole mesh; counted : (e, 2) those of `counted_here`."""
+    lengths = distances(mesh.vertices, counted)
+    total, count = mesh.ranks.sum(np.array([lengths.sum(), len(lengths)]))
+    return float(total / count)
 
 
 def _summed(edges: Ints, weights: Floats, n: int) -> tuple[Ints, Floats]:

@@ -5,10 +5,8 @@ import scipy.sparse as sp
 
 from geomhw.arrays import Floats, pieces
 from geomhw.distributed.local_mesh import LocalMesh
-from geomhw.errors import MeshError
 from geomhw.mesh.geometry import corner_sum, mean_directions, vector_sum
 from geomhw.mesh.tangent_frames import vertex_frames
-from geomhw.mesh.topology import pinched_vertices, unique_edges
 from geomhw.operators.parallel_transport import transport_between
 
 
@@ -38,24 +36,3 @@ def connection_stiffness(mesh: LocalMesh, S: sp.csr_array, frames: Floats) -> sp
         pairs = np.stack([rows[piece], S.indices[piece]], axis=1)
         data[piece] *= transport_between(mesh.vertices, frames, pairs)
     return sp.csr_array((data, S.indices, S.indptr), shape=S.shape)
-
-
-def require_one_side(mesh: LocalMesh) -> None:
-    """Raise MeshError unless faces are consistently oriented, and each vertex has one fan of faces."""
-    k = mesh.n_own
-    with mesh.ranks.agreeing():
-        if not len(mesh.faces):
-            return
-        table = unique_edges(mesh.faces)
-        here = (table.vertices < k).any(axis=1) & (table.face_counts == 2)
-        for bad in table.vertices[here & (table.orientation_sums != 0)][:1]:
-            near = mesh.part.in_file[bad[bad < k][0]]
-            raise MeshError(
-                f"faces at vertex {near} are not consistently oriented; orient them first, as `geomhw repair` does"
-            )
-        pinched = pinched_vertices(mesh.faces, table, most=2)
-        for bad in pinched[pinched < k][:1]:
-            raise MeshError(
-                f"vertex {mesh.part.in_file[bad]} joins several fans of faces, or is at an edge of more than two; cut "
-                "the mesh there"
-            )

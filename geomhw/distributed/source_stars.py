@@ -35,6 +35,33 @@ class SourceStars:
         here = np.flatnonzero((rows >= 0) & (rows < mesh.n_own))
         return rows[here], here
 
+    def fan_rows(self, mesh: LocalMesh, base: TriangleMesh) -> tuple[Ints, Ints]:
+        """Return the rows of a rank's vertices that are here, and their places on the mesh cut into sheets.
+
+        mesh : an orientation cover. base : as `cut_into_sheets` returns it.
+        """
+        faces, star = self.common_faces(mesh)
+        own, column = np.nonzero(mesh.faces[faces] < mesh.n_own)
+        rows = mesh.faces[faces[own], column]
+        corners = self.vertices[self.mesh.faces[star[own]]]
+        at = (corners == mesh.part.in_file[rows][:, None]).argmax(axis=1)
+        return rows, base.faces[star[own], at]
+
+    def common_faces(self, mesh: LocalMesh) -> tuple[Ints, Ints]:
+        """Return the faces of a rank that are here, and their places here; of copies of a face the first place."""
+        count, in_file = len(self.vertices), mesh.with_ghosts(mesh.part.in_file)
+        faces = np.flatnonzero(np.isin(in_file, self.vertices)[mesh.faces].all(axis=1))
+        keys, known = (
+            (corners[:, 0] * count + corners[:, 1]) * count + corners[:, 2]
+            for corners in (
+                np.sort(places.astype(np.int64), axis=1)
+                for places in (np.searchsorted(self.vertices, in_file[mesh.faces[faces]]), self.mesh.faces)
+            )
+        )
+        known, first = np.unique(known, return_index=True)
+        found = np.isin(keys, known)
+        return faces[found], first[np.searchsorted(known, keys[found])]
+
 
 def source_stars(mesh: LocalMesh, vertices: Ints) -> SourceStars:
     """Return the faces at some vertices of the file, the same on all ranks; each rank scans its slice of the file."""

@@ -7,24 +7,28 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from geomhw.arrays import Complexes, Floats
+from geomhw.arrays import Complexes, Floats, Ints
 from geomhw.distributed.assembly import LocalOperators, assemble
 from geomhw.distributed.components import component_labels
-from geomhw.distributed.connection import connection_stiffness, require_one_side, tangent_frames
+from geomhw.distributed.connection import connection_stiffness, tangent_frames
 from geomhw.distributed.edge_paths import edge_path_distance
 from geomhw.distributed.heat_method import LocalResult, time_step
 from geomhw.distributed.heat_step import heat_step
 from geomhw.distributed.local_mesh import LocalMesh
+from geomhw.distributed.orientation_cover import orientation_cover
 from geomhw.distributed.ranks import release_memory
 from geomhw.distributed.source_stars import SourceStars
 from geomhw.distributed.tangent_system import TangentSystem
 from geomhw.geodesic.diffusion_time import TimeStep
+from geomhw.mesh.cut import cut_into_sheets
 from geomhw.mesh.surface_points import SurfacePoints
+from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.operators.laplacian import backward_euler
 from geomhw.operators.parallel_transport import from_complex, from_frames, in_frames
 from geomhw.solvers.log_scaled import LogValues
 from geomhw.stages import Stages
 from geomhw.transport.source_vectors import checked_vectors, spread_to_corners, tangent_vectors
+from geomhw.transport.tangent_domain import answering_copies, sources_on_sheets
 
 
 def distributed_transport(
@@ -39,7 +43,7 @@ def distributed_transport(
 
     Parameters
     ----------
-    mesh : the part of each rank, of consistently oriented faces.
+    mesh : the part of each rank.
     stars : the faces round the sources.
     sources : points of the mesh, with the numbers of the file, the same on all ranks.
     vectors : (s, 3) array, of which the tangential parts count.
@@ -56,64 +60,72 @@ def distributed_transport(
     ArgumentError
         If a vector is zero, not finite or normal to the surface, or for an unknown time.
     MeshError
-        If a face has zero area, faces are not consistently oriented, or a vertex joins several fans of faces.
+        If a face has zero area, or a source is a vertex without a normal.
     ConvergenceError
         If heat does not reach the far side.
     """
     stage = stages or Stages()
-    require_one_side(mesh)
     points, given = checked_vectors(sources, vectors)
-    places = stars.points(points)
-    places, parts, tangent = tangent_vectors(points, given, stars.mesh, places, np.arange(len(points)))
+    base, copy_of = cut_into_sheets(stars.mesh)
+    places, source = sources_on_sheets(stars.points(points), base, copy_of)
+    places, parts, tangent = tangent_vectors(points, given, base, places, source)
     with stage("assembly"):
-        operators = assemble(mesh)
-        frames = tangent_frames(mesh)
+        cover = orientation_cover(mesh)
+        operators = assemble(cover.mesh)
+        frames = tangent_frames(cover.mesh)
     release_memory()
-    heat = _VectorHeat(mesh, operators, frames, stars, places, parts)
+    heat = _VectorHeat(cover.mesh, operators, frames, stars.fan_rows(cover.mesh, base), base, places, parts)
     steps = [time_step(time, operators) for time in times]
     with stage("heat"):
         answers = [heat(step) for step in steps]
+    where = [answering_copies(cover.original, found.pop("log"), found["transported"]) for found, _ in answers]
     fields = {
-        f"{name}_{k}" if len(steps) > 1 else name: values
+        f"{name}_{k}" if len(steps) > 1 else name: values[where[k]]
         for k, (found, _) in enumerate(answers)
         for name, values in found.items()
     }
     h: float = operators.mean_edge_length
     bare = np.asarray(~frames[:, 1].any(axis=1))  # e2 = n x e1
-    without_normal = int(mesh.ranks.sum(int((bare[: mesh.n_own] & (operators.areas > 0)).sum())))
+    count = int(mesh.ranks.sum(int((bare[: cover.mesh.n_own] & (operators.areas > 0)).sum()))) // cover.sides
+    unreached = heat.unreached(bare if count else None)[where[0]]
     report = {
         "sources": points.report(),
         "vectors": tangent.tolist(),
         "connection": "normals",
         "times": [step.report(h) for step in steps],
-        **({"vertices_without_normal": without_normal} if without_normal else {}),
-        "unreachable_vertices": int(mesh.ranks.sum(int(heat.unreached(bare if without_normal else None).sum()))),
-        "mean_edge_length": h,
+        "unreachable_vertices": int(mesh.ranks.sum(int(unreached.sum()))),
+        **cover.crossings,
+        **({"vertices_without_normal": count} if count else {}),
+        "mean_edge_length": cover.mean_edge_length or h,
         "heat": [report for _, report in answers],
     }
     return LocalResult(mesh, fields, report)
 
 
 class _VectorHeat:
-    """The vector heat method for tangent vectors at points of the stars, for any time."""
+    """The vector heat method for tangent vectors at points of the stars, cut into sheets, for any time.
+
+    rows : as `SourceStars.fan_rows`.
+    """
 
     def __init__(
         self,
         mesh: LocalMesh,
         operators: LocalOperators,
         frames: Floats,
-        stars: SourceStars,
+        rows: tuple[Ints, Ints],
+        base: TriangleMesh,
         points: SurfacePoints,
         tangent: Floats,
     ) -> None:
         self._mesh, self._operators, self._frames = mesh, operators, frames
-        self._at, self._here = stars.own_rows(mesh)
+        self._at, self._here = rows
         self._size = np.linalg.norm(tangent, axis=1)
-        self._impulse = self._own(points.impulse(stars.mesh.n_vertices))
-        self._weighted = self._own(points.impulse(stars.mesh.n_vertices, self._size))
-        self._y0 = self._own_vectors(stars, points, tangent)
+        self._impulse = self._own(points.impulse(base.n_vertices))
+        self._weighted = self._own(points.impulse(base.n_vertices, self._size))
+        self._y0 = self._own_vectors(base, points, tangent)
         vertices = points.faces < 0
-        self._exact = self._own(points[vertices].impulse(stars.mesh.n_vertices)) > 0
+        self._exact = self._own(points[vertices].impulse(base.n_vertices)) > 0
         warm = mesh.with_ghosts(self._impulse > 0)
         #: Path lengths along edges from the corners of the sources, (k,).
         self.paths = edge_path_distance(mesh, operators, np.flatnonzero(warm))
@@ -131,7 +143,7 @@ class _VectorHeat:
         return np.asarray(~np.isin(labels, with_source) & has_area & ~bare[: mesh.n_own])
 
     def __call__(self, step: TimeStep) -> tuple[dict[str, Floats], dict[str, Any]]:
-        """Return the fields, (k, 3), and the methods of the heat steps, for a report."""
+        """Return the fields, (k, 3), ``log``, that of the size of Y, (k,), and the methods of the heat steps."""
         mesh, operators = self._mesh, self._operators
         arrival, multiple = self.paths / np.sqrt(step.t), step.t / operators.mean_edge_length**2
         scalar = partial(backward_euler, operators.areas, operators.stiffness, step.t)
@@ -141,7 +153,8 @@ class _VectorHeat:
         transported[self._exact] = self._y0[self._exact]  # the limit t -> 0
         vectors = {"diffused": Y.plain, "transported": transported}
         frames = self._frames[: mesh.n_own]
-        return {name: from_frames(frames, z) for name, z in vectors.items()}, {"vectors": of_vectors, **report}
+        fields = {name: from_frames(frames, z) for name, z in vectors.items()}
+        return {**fields, "log": Y.log}, {"vectors": of_vectors, **report}
 
     def _diffused(
         self, scalar: Any, step: TimeStep, arrival: Floats, multiple: float
@@ -173,7 +186,7 @@ class _VectorHeat:
         found[self._at] = values[self._here]
         return found
 
-    def _own_vectors(self, stars: SourceStars, points: SurfacePoints, tangent: Floats) -> Complexes:
+    def _own_vectors(self, base: TriangleMesh, points: SurfacePoints, tangent: Floats) -> Complexes:
         """Y0 at the vertices of this rank, (k,)."""
-        vectors = self._own(from_complex(stars.mesh, spread_to_corners(stars.mesh, points, tangent)))
+        vectors = self._own(from_complex(base, spread_to_corners(base, points, tangent)))
         return in_frames(self._frames[: self._mesh.n_own], vectors)

@@ -78,17 +78,7 @@ class TangentDomain:
         """The sources on the base, at a vertex with several fans once for each, and the source of each."""
         if self.base is self.mesh:
             return sources, np.arange(len(sources))
-        copies, inside = np.bincount(self._original), sources.faces >= 0
-        count = np.where(inside, 1, copies[sources.corners[:, 0]])
-        source = np.repeat(np.arange(len(sources)), count)
-        number = ranges(np.zeros_like(count), count)
-        fans = sources[source]
-        corners, inside = fans.corners.copy(), inside[source]
-        corners[inside] = self.base.faces[fans.faces[inside]]
-        start = np.cumsum(copies) - copies
-        vertices = np.argsort(self._original, kind="stable")[start[corners[~inside, 0]] + number[~inside]]
-        corners[~inside] = vertices[:, None]
-        return SurfacePoints(fans.faces, corners, fans.weights), source
+        return sources_on_sheets(sources, self.base, self._original)
 
     def source_field(self, sources: SurfacePoints, tangent: Floats) -> Complexes:
         """Y0 on the cover, from tangent vectors at sources on the base, (k, 3)."""
@@ -111,20 +101,43 @@ class TangentDomain:
         return np.concatenate([values] * times) if times > 1 else values
 
     def answering(self, log: Floats, z: Complexes | None = None) -> Ints:
-        """Return the vertex of the cover that answers for each vertex of the mesh, (n,).
-
-        Of several copies it is the one with the largest size, given by its logarithm on the cover. Of equal ones it is
-        that with the lexicographically largest vector, so that the numbering does not matter.
-        """
+        """Return the vertex of the cover that answers for each vertex of the mesh, (n,), as `answering_copies`."""
         n, count = self.mesh.n_vertices, self.base.n_vertices
         if self.base is self.mesh:
             return np.arange(n)
-        keys = np.round(log[:count], 9)[None]
-        if z is not None:
-            keys = np.concatenate([keys, np.round(from_complex(self.cover, z)[:count].T, 9)])
-        order = np.lexsort((*-keys[::-1], self._original))
-        return order[np.unique(self._original[order], return_index=True)[1]]
+        vectors = None if z is None else from_complex(self.cover, z)[:count]
+        return answering_copies(self._original, log[:count], vectors)
 
     def vectors(self, z: Complexes, where: Ints) -> Floats:
         """Tangent vectors, (n, 3), at vertices of the cover, from complex numbers on it."""
         return from_complex(self.cover, z)[where]
+
+
+def sources_on_sheets(sources: SurfacePoints, base: TriangleMesh, original: Ints) -> tuple[SurfacePoints, Ints]:
+    """Return sources on a mesh cut into sheets, at a vertex with several fans once for each, and the source of each.
+
+    base, original : as `cut_into_sheets` returns them.
+    """
+    copies, inside = np.bincount(original), sources.faces >= 0
+    count = np.where(inside, 1, copies[sources.corners[:, 0]])
+    source = np.repeat(np.arange(len(sources)), count)
+    number = ranges(np.zeros_like(count), count)
+    fans = sources[source]
+    corners, inside = fans.corners.copy(), inside[source]
+    corners[inside] = base.faces[fans.faces[inside]]
+    start = np.cumsum(copies) - copies
+    vertices = np.argsort(original, kind="stable")[start[corners[~inside, 0]] + number[~inside]]
+    corners[~inside] = vertices[:, None]
+    return SurfacePoints(fans.faces, corners, fans.weights), source
+
+
+def answering_copies(original: Ints, log: Floats, vectors: Floats | None = None) -> Ints:
+    """Return the copy that answers for each vertex: that of the largest size, given by its logarithm.
+
+    Of equal ones it is that with the lexicographically largest vector, so that the numbering does not matter.
+    """
+    keys = np.round(log, 9)[None]
+    if vectors is not None:
+        keys = np.concatenate([keys, np.round(vectors.T, 9)])
+    order = np.lexsort((*-keys[::-1], original))
+    return order[np.unique(original[order], return_index=True)[1]]

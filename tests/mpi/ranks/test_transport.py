@@ -1,19 +1,18 @@
 """Tangent vectors over MPI ranks against those of one process; every rank runs every test (``make test-mpi``)."""
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from geomhw.distributed import distribute, distributed_transport, open_sliced, source_stars
-from geomhw.errors import MeshError
-from geomhw.mesh import TriangleMesh
+from geomhw.distributed import distribute, distributed_transport, open_sliced, source_orientation, source_stars
+from geomhw.mesh import TriangleMesh, face_point
 from geomhw.mesh.named_points import vertex_points
-from geomhw.mesh.primitives import grid, icosphere, strip
+from geomhw.mesh.primitives import grid, icosphere, moebius_band, strip
 from geomhw.transport import VectorHeat
-from support.hostile import arrays, flipped, hourglass
+from geomhw.transport.source_vectors import source_frames, tangent_vectors, unit_vectors
+from support.hostile import arrays, doubled, flipped, hourglass, joined, klein_bottle, moved, turned
 from support.meshes import book, two_spheres
 from support.rank_meshes import RANKS, camelhead, folded_sheet, genus_two, in_order, saved, with_loose_vertex
 from support.reference import REFERENCE
@@ -35,6 +34,23 @@ CASES: dict[str, tuple[Any, list[int], list[list[float]], str]] = {
     "fewer vertices than ranks": (lambda: TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]), [1], ONE, "h2"),
     "fold": (folded_sheet, [20], ONE, "h2"),
     "fold, long time": (folded_sheet, [20], ONE, "20*h2"),
+    "faces turned": (lambda: TriangleMesh(*flipped(arrays(icosphere(4)))), [7, 900], TWO, "h2"),
+    "faces turned, long time": (lambda: TriangleMesh(*flipped(arrays(icosphere(4)))), [7], ONE, "20*h2"),
+    "faces turned, two components": (lambda: TriangleMesh(*flipped(arrays(two_spheres()))), [7, 200], TWO, "h2"),
+    "faces turned, fold": (lambda: TriangleMesh(*flipped(arrays(folded_sheet()))), [20], ONE, "h2"),
+    "pinched": (lambda: TriangleMesh(*hourglass()), [3], ONE, "h2"),
+    "edges of three faces": (book, [3], ONE, "h2"),
+    "edges of three faces, a source there": (book, [0], ONE, "h2"),
+    "edges of three faces, turned": (lambda: TriangleMesh(*flipped(arrays(book()))), [40], ONE, "20*h2"),
+    "one-sided": (lambda: moebius_band(60, 6), [9], ONE, "h2"),
+    "one-sided, long time": (lambda: moebius_band(60, 6), [9], ONE, "20*h2"),
+    "one-sided, closed": (lambda: TriangleMesh(*klein_bottle()), [5], ONE, "h2"),
+    "one-sided, beside a sphere": (
+        lambda: TriangleMesh(*joined(arrays(moebius_band(40, 4)), moved(arrays(icosphere(3)), offset=5.0))),
+        [9, 400],
+        TWO,
+        "h2",
+    ),
     "camelhead": (camelhead, [100], ONE, "h2"),
 }
 
@@ -59,7 +75,8 @@ def test_equal_to_one_process(name: str, folder: Path) -> None:
     assert (np.linalg.norm(found - known, axis=1)[clear] / length[clear]).max() <= 1e-8
     diffused, size = in_order(mesh, result.fields["diffused"]), np.linalg.norm(expected["diffused"], axis=1)
     assert np.linalg.norm(diffused - expected["diffused"], axis=1).max() <= 1e-8 * size.max()
-    for key in ("unreachable_vertices", "vertices_without_normal"):
+    crossings = ("non_manifold_edges", "non_manifold_vertices", "vertices_without_normal")
+    for key in ("unreachable_vertices", *crossings):
         assert result.report.get(key) == expected.report.get(key)
     assert np.allclose(result.report["vectors"], expected.report["vectors"], rtol=0, atol=1e-12)
     assert result.report["sources"] == expected.report["sources"]
@@ -75,26 +92,61 @@ def test_gamg(folder: Path) -> None:
         options.delValue("pc_type")
 
 
-@pytest.mark.parametrize(
-    ("make", "words"),
-    [
-        (lambda: TriangleMesh(*flipped(arrays(icosphere(3)))), "oriented"),
-        (lambda: TriangleMesh(*hourglass()), "several fans"),
-        (book, "more than two"),
-    ],
-)
-def test_meshes_without_a_tangent_plane_are_refused(make: Callable[[], TriangleMesh], words: str, folder: Path) -> None:
-    """All ranks refuse a mesh on which vectors do not pass somewhere, with the reason."""
-    whole = make()
+def half_turned(mesh: TriangleMesh, first: int) -> TriangleMesh:
+    """The mesh with every other face reversed, from the given one on."""
+    faces = mesh.faces.copy()
+    faces[first::2] = faces[first::2, ::-1]
+    return TriangleMesh(mesh.vertices, faces)
+
+
+SIDES = {
+    "sphere": lambda: icosphere(3),
+    "a third turned": lambda: TriangleMesh(*turned(arrays(icosphere(3)))),
+    "most turned": lambda: TriangleMesh(*turned((icosphere(3).vertices, icosphere(3).faces[:, ::-1]))),
+    "half turned": lambda: half_turned(icosphere(3), 0),
+    "other half turned": lambda: half_turned(icosphere(3), 1),
+    "two components, half turned": lambda: half_turned(two_spheres(), 1),
+    "at random": lambda: TriangleMesh(*flipped(arrays(genus_two()), seed=3)),
+    "edges of three faces": lambda: TriangleMesh(*flipped(arrays(book()))),
+    "one-sided": lambda: TriangleMesh(*flipped(arrays(moebius_band(40, 4)))),
+    "pinched": lambda: TriangleMesh(*flipped(hourglass())),
+    "copies of faces": lambda: TriangleMesh(*doubled(turned(arrays(icosphere(3))), slice(0, 300), flip=True)),
+}
+
+
+@pytest.mark.parametrize("name", SIDES)
+def test_angles_at_sources(name: str, folder: Path) -> None:
+    """Angles are counterclockwise about the normals of the whole mesh, though only faces round the sources are used."""
+    whole = SIDES[name]()
     mesh = distribute(RANKS, open_sliced(RANKS, saved(whole, folder)))
-    points = vertex_points(whole, [0])
-    with pytest.raises(MeshError, match=words):
-        distributed_transport(mesh, source_stars(mesh, points.corners), points, ONE, ["h2"])
+    for points in (vertex_points(whole, np.arange(0, whole.n_vertices, 7)), face_point(whole, 5)):
+        stars = source_stars(mesh, points.corners)
+        frames = source_frames(stars.mesh, stars.points(points))
+        found = unit_vectors(frames, 30.0 * source_orientation(mesh, stars, points))
+        assert np.abs(found - unit_vectors(source_frames(whole, points), 30.0)).max() < 1e-12
+
+
+def test_sides_of_single_sources(folder: Path) -> None:
+    """The same for sources one by one: their few faces rarely have the majority of the mesh."""
+    whole = TriangleMesh(*flipped(arrays(icosphere(2))))
+    mesh = distribute(RANKS, open_sliced(RANKS, saved(whole, folder)))
+    turned_sides = 0
+    for vertex in range(0, whole.n_vertices, 9):
+        points = vertex_points(whole, [vertex])
+        stars = source_stars(mesh, points.corners)
+        side = source_orientation(mesh, stars, points)
+        found = unit_vectors(source_frames(stars.mesh, stars.points(points)), 30.0 * side)
+        assert np.abs(found - unit_vectors(source_frames(whole, points), 30.0)).max() < 1e-12
+        turned_sides += int(side[0] < 0)
+    assert turned_sides > 0
 
 
 def away_from_the_cut_locus(method: VectorHeat, points: Any, vectors: Any) -> Any:
     """Mask of the vertices at which vectors that arrive on different ways do not cancel."""
-    heat = method._heat.from_impulse(points.impulse(method.mesh.n_vertices))
-    y0 = method._domain.source_field(points, np.asarray(vectors))
-    log = method._diffused(y0, heat)[1].log
-    return log - np.where(np.isfinite(heat.log), heat.log, 0.0) > np.log(0.05 * np.linalg.norm(vectors, axis=1).min())
+    domain = method._domain
+    fans, source = domain.split(points)
+    fans, parts, _ = tangent_vectors(points, np.asarray(vectors), domain.base, fans, source)
+    heat = method._heat.from_impulse(domain.impulse(fans))
+    z = method._diffused(domain.source_field(fans, parts), heat)[1]
+    clear = z.log - np.where(np.isfinite(heat.log), heat.log, 0.0) > np.log(0.05 * np.linalg.norm(parts, axis=1).min())
+    return clear[domain.answering(z.log, z.sign)]

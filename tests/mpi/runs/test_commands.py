@@ -18,7 +18,8 @@ from geomhw.io import read, write
 from geomhw.mesh import TriangleMesh
 from geomhw.mesh.primitives import icosphere, moebius_band
 from geomhw.results import Result
-from support.hostile import pinched_meshes
+from support.hostile import flipped, pinched_meshes
+from support.meshes import book
 from support.ring_sphere import write_ring_sphere
 
 BALL = icosphere(4)
@@ -123,6 +124,31 @@ def test_vectors(folder: Path) -> None:
         assert np.array_equal(pieces[name], gathered[name][pieces["vertex"]])
 
 
+VECTOR_MESHES = {
+    "one-sided": lambda: moebius_band(40, 4),
+    "pinched": lambda: TriangleMesh(*pinched_meshes()["pinched_torus"]),
+    "edges of three faces": book,
+    "faces turned": lambda: TriangleMesh(*flipped((BALL.vertices, BALL.faces))),
+}
+
+
+@pytest.mark.parametrize("name", VECTOR_MESHES)
+def test_vectors_on_any_surface(name: str, folder: Path) -> None:
+    """The vector at the default angle, the vectors and the remarks are those of one process."""
+    write(Result(VECTOR_MESHES[name]()), folder / "mesh.ply")
+    options = ["mesh.ply", "--source", "5", "--dt", "h2", "--json"]
+    answer = over_ranks(3, folder, *options, "-o", "a.vtu", name="vecdiffuse")
+    assert answer.returncode == 0, answer.stderr
+    alone = [*GEOMHW, "vecdiffuse", *options, "--solver", "direct", "-o", "b.vtu"]
+    expected = json.loads(subprocess.run(alone, cwd=folder, check=True, capture_output=True, text=True).stdout)
+    report = json.loads(answer.stdout)
+    assert np.allclose(report["vectors"], expected["vectors"], rtol=0, atol=1e-12)
+    assert report["remarks"] == expected["remarks"]
+    assert report["mesh"]["mean_edge_length"] == pytest.approx(expected["mesh"]["mean_edge_length"], rel=1e-12)
+    found, known = (read(folder / path)["diffused"] for path in ("a.vtu", "b.vtu"))
+    assert np.abs(found - known).max() <= 1e-8 * np.linalg.norm(known, axis=1).max()
+
+
 @pytest.mark.parametrize(
     ("arguments", "words", "code"),
     [
@@ -132,14 +158,10 @@ def test_vectors(folder: Path) -> None:
         (["ball.ply", "--source", "7", "--angle", "1", "--angle", "2"], ["2 times", "1 source"], 2),
         (["ball.ply", "--source", "7", "--vector", "0", "0", "0"], ["zero"], 2),
         (["ball.ply", "-o", "a.npy"], [".npy", ".pvtu"], 2),
-        (["band.ply"], ["oriented"], 1),
-        (["pinched.ply"], ["fans"], 1),
     ],
 )
 def test_refused_vectors(arguments: list[str], words: list[str], code: int, folder: Path) -> None:
     """What ``vecdiffuse`` does not have over ranks is refused in one sentence, and no file is left."""
-    write(Result(moebius_band(20, 2)), folder / "band.ply")
-    write(Result(TriangleMesh(*pinched_meshes()["pinched_torus"])), folder / "pinched.ply")
     before = {path.name for path in folder.iterdir()}
     answer = over_ranks(2, folder, *arguments, name="vecdiffuse")
     (sentence,) = sentences(answer.stderr)
