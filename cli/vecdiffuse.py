@@ -110,7 +110,7 @@ def vecdiffuse(
         def given(mesh: "TriangleMesh", points: "SurfacePoints", sides: "Ints") -> "Floats":
             return _vectors(mesh, points, start, sides)
 
-        transport_over_ranks(mesh_path, sources, given, method["times"], files["outputs"], report)
+        transport_over_ranks(mesh_path, sources, given, method["times"], method["connection"], files["outputs"], report)
         return
     from geomhw.render.vector_pictures import transport_picture
     from geomhw.transport.vector_heat import transport_over_times

@@ -78,7 +78,9 @@ class RankedCommand:
         for option in context.command.params:
             given = context.get_parameter_source(option.name or "") is ParameterSource.COMMANDLINE
             if given and option.name not in self.options | SHARED:
-                raise click.UsageError(f"{option.opts[0]} and --engine petsc exclude each other.")
+                raise click.UsageError(
+                    f"{option.opts[0]} and --engine petsc exclude each other; leave one of them out."
+                )
 
     def _run(self, ranks: "Ranks", mesh_path: Path, targets: Sequence[Path], report: Mapping[str, bool]) -> None:
         from geomhw.distributed import distribute, open_sliced, write_distributed

@@ -15,10 +15,11 @@ if TYPE_CHECKING:
     from geomhw.distributed import LocalMesh, LocalResult
     from geomhw.mesh.surface_points import SurfacePoints
     from geomhw.mesh.triangle_mesh import TriangleMesh
+    from geomhw.options import Connection
     from geomhw.stages import Stages
 
 #: Parameters of ``vecdiffuse`` that exist over ranks.
-OPTIONS = {"sources", "vector", "angle", "seed", "times"}
+OPTIONS = {"sources", "vector", "angle", "seed", "times", "connection"}
 
 
 def transport_over_ranks(
@@ -26,6 +27,7 @@ def transport_over_ranks(
     sources: SourceSpecs,
     vectors: "Callable[[TriangleMesh, SurfacePoints, Ints], Floats]",
     times: Sequence[str],
+    connection: "Connection",
     outputs: Sequence[Path],
     report: Mapping[str, bool],
 ) -> None:
@@ -44,7 +46,7 @@ def transport_over_ranks(
             stars = source_stars(mesh, points.corners)
             sides = source_orientation(mesh, stars, points)
         given = vectors(stars.mesh, stars.points(points), sides)
-        return distributed_transport(mesh, stars, points, given, times, stages)
+        return distributed_transport(mesh, stars, points, given, times, connection, stages)
 
     writable = [extension for extension in WRITABLE if extension != ".npy"]
     RankedCommand("vecdiffuse", OPTIONS, compute, _lines, writable).run(mesh_path, outputs, report)

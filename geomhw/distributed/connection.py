@@ -1,12 +1,17 @@
-"""Tangent frames and the connection Laplacian on the part of a mesh that a rank has."""
+"""Tangent frames and connection Laplacians on the part of a mesh that a rank has."""
 
 import numpy as np
 import scipy.sparse as sp
 
 from geomhw.arrays import Floats, pieces
 from geomhw.distributed.local_mesh import LocalMesh
+from geomhw.distributed.shared_faces import SharedFaces
+from geomhw.errors import MeshError
+from geomhw.mesh.cut import cut_at_pinched_vertices
 from geomhw.mesh.geometry import corner_sum, mean_directions, vector_sum
 from geomhw.mesh.tangent_frames import vertex_frames
+from geomhw.mesh.triangle_mesh import TriangleMesh
+from geomhw.mesh.vertex_angles import corner_directions
 from geomhw.operators.parallel_transport import transport_between
 
 
@@ -26,6 +31,17 @@ def tangent_frames(mesh: LocalMesh) -> Floats:
     return mesh.with_ghosts(frames[:k])
 
 
+def require_normals(mesh: LocalMesh, areas: Floats, frames: Floats) -> None:
+    """Raise MeshError for a vertex with faces but no normal, where frames, (k + g, 2, 3), fix no direction."""
+    bare = np.flatnonzero((areas > 0) & ~frames[: mesh.n_own, 1].any(axis=1))
+    with mesh.ranks.agreeing():
+        if len(bare):
+            raise MeshError(
+                f"vertex {mesh.part.in_file[bare[0]]} has no normal, because its faces cancel, so the intrinsic "
+                "connection has no frame there; use the connection of normals"
+            )
+
+
 def connection_stiffness(mesh: LocalMesh, S: sp.csr_array, frames: Floats) -> sp.csr_array:
     """Assemble K of the connection of normals in the rows of a rank, (k, k + g), complex, from those of S.
 
@@ -36,3 +52,29 @@ def connection_stiffness(mesh: LocalMesh, S: sp.csr_array, frames: Floats) -> sp
         pairs = np.stack([rows[piece], S.indices[piece]], axis=1)
         data[piece] *= transport_between(mesh.vertices, frames, pairs)
     return sp.csr_array((data, S.indices, S.indptr), shape=S.shape)
+
+
+def intrinsic_stiffness(mesh: LocalMesh, S: sp.csr_array, frames: Floats) -> sp.csr_array:
+    """Assemble K of the intrinsic connection, otherwise as `connection_stiffness`.
+
+    Raises
+    ------
+    MeshError
+        If the mesh is not an oriented manifold.
+    """
+    k, n = mesh.n_own, len(mesh.vertices)
+    # Faces at a ghost that are here may form several fans.
+    with mesh.ranks.agreeing():
+        angles = np.zeros((0, 3), dtype=complex)
+        if len(mesh.faces):
+            cut, original = cut_at_pinched_vertices(TriangleMesh(mesh.vertices, mesh.faces))
+            ahead, behind = corner_directions(cut, frames[original])
+            angles = ahead + 1j * behind
+    angles = SharedFaces(mesh, mesh.faces)(angles)
+    i, j = mesh.faces.ravel().astype(np.int64), np.roll(mesh.faces, -1, axis=1).ravel().astype(np.int64)
+    r = np.exp(1j * (angles.real + np.pi - np.roll(angles.imag, -1, axis=1)).ravel())
+    diagonal = np.arange(k)
+    keys, first = np.unique(np.concatenate([i * n + j, j * n + i, diagonal * (n + 1)]), return_index=True)
+    r = np.concatenate([r, r.conj(), np.ones(k)])[first]
+    rows = np.repeat(diagonal, np.diff(S.indptr))
+    return sp.csr_array((S.data * r[np.searchsorted(keys, rows * n + S.indices)], S.indices, S.indptr), shape=S.shape)

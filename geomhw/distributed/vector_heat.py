@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from geomhw.arrays import Complexes, Floats, Ints
 from geomhw.distributed.assembly import LocalOperators, assemble
 from geomhw.distributed.components import component_labels
-from geomhw.distributed.connection import connection_stiffness, tangent_frames
+from geomhw.distributed.connection import connection_stiffness, intrinsic_stiffness, require_normals, tangent_frames
 from geomhw.distributed.edge_paths import edge_path_distance
 from geomhw.distributed.heat_method import LocalResult, time_step
 from geomhw.distributed.heat_step import heat_step
@@ -25,6 +25,7 @@ from geomhw.mesh.surface_points import SurfacePoints
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.operators.laplacian import backward_euler
 from geomhw.operators.parallel_transport import from_complex, from_frames, in_frames
+from geomhw.options import Connection
 from geomhw.solvers.log_scaled import LogValues
 from geomhw.stages import Stages
 from geomhw.transport.source_vectors import checked_vectors, spread_to_corners, tangent_vectors
@@ -37,6 +38,7 @@ def distributed_transport(
     sources: SurfacePoints,
     vectors: ArrayLike,
     times: Sequence[str | float] = ("auto",),
+    connection: Connection = "normals",
     stages: Stages | None = None,
 ) -> LocalResult:
     """Diffuse and transport one vector per source, at the vertices of each rank.
@@ -48,19 +50,21 @@ def distributed_transport(
     sources : points of the mesh, with the numbers of the file, the same on all ranks.
     vectors : (s, 3) array, of which the tangential parts count.
     times : diffusion times as in `distributed_distance`.
+    connection : as in `VectorHeat`.
     stages : measures the time of each stage.
 
     Returns
     -------
-    LocalResult with ``diffused`` and ``transported``, as `VectorHeat.from_sources` has them for the connection of
-    normals; with several times with the suffix ``_0``, ``_1``, ...
+    LocalResult with ``diffused`` and ``transported``, as `VectorHeat.from_sources` has them; with several times with
+    the suffix ``_0``, ``_1``, ...
 
     Raises
     ------
     ArgumentError
         If a vector is zero, not finite or normal to the surface, or for an unknown time.
     MeshError
-        If a face has zero area, or a source is a vertex without a normal.
+        If a face has zero area, or a source is a vertex without a normal; for ``intrinsic``, if any vertex has none, or
+        if the cover is not manifold.
     ConvergenceError
         If heat does not reach the far side.
     """
@@ -73,8 +77,11 @@ def distributed_transport(
         cover = orientation_cover(mesh)
         operators = assemble(cover.mesh)
         frames = tangent_frames(cover.mesh)
+        if connection == "intrinsic":
+            require_normals(cover.mesh, operators.areas, frames)
     release_memory()
-    heat = _VectorHeat(cover.mesh, operators, frames, stars.fan_rows(cover.mesh, base), base, places, parts)
+    rows = stars.fan_rows(cover.mesh, base)
+    heat = _VectorHeat(cover.mesh, operators, frames, connection, rows, base, places, parts)
     steps = [time_step(time, operators) for time in times]
     with stage("heat"):
         answers = [heat(step) for step in steps]
@@ -91,7 +98,7 @@ def distributed_transport(
     report = {
         "sources": points.report(),
         "vectors": tangent.tolist(),
-        "connection": "normals",
+        "connection": connection,
         "times": [step.report(h) for step in steps],
         "unreachable_vertices": int(mesh.ranks.sum(int(unreached.sum()))),
         **cover.crossings,
@@ -113,6 +120,7 @@ class _VectorHeat:
         mesh: LocalMesh,
         operators: LocalOperators,
         frames: Floats,
+        connection: Connection,
         rows: tuple[Ints, Ints],
         base: TriangleMesh,
         points: SurfacePoints,
@@ -120,6 +128,7 @@ class _VectorHeat:
     ) -> None:
         self._mesh, self._operators, self._frames = mesh, operators, frames
         self._at, self._here = rows
+        self._stiffness = intrinsic_stiffness if connection == "intrinsic" else connection_stiffness
         self._size = np.linalg.norm(tangent, axis=1)
         self._impulse = self._own(points.impulse(base.n_vertices))
         self._weighted = self._own(points.impulse(base.n_vertices, self._size))
@@ -162,7 +171,7 @@ class _VectorHeat:
         operators = self._operators
 
         def assemble_vectors() -> Any:
-            K = connection_stiffness(self._mesh, operators.stiffness, self._frames)
+            K = self._stiffness(self._mesh, operators.stiffness, self._frames)
             return backward_euler(operators.areas, K, step.t)
 
         system = TangentSystem(scalar, self._frames[: self._mesh.n_own])

@@ -17,8 +17,16 @@ def edge_directions(mesh: TriangleMesh) -> tuple[Floats, Floats]:
     so a flat corner stays flat. The zero direction is rotated to fit the projected edges best in the least-squares
     sense. Raises MeshError unless the mesh is an oriented manifold.
     """
+    return _by_edge(mesh, *corner_directions(mesh, mesh.tangent_frames))
+
+
+def corner_directions(mesh: TriangleMesh, frames: Floats) -> tuple[Floats, Floats]:
+    """Return the angles of `edge_directions` of the edges to the next and the previous corner, (m, 3) each.
+
+    frames : (n, 2, 3) tangent frames.
+    """
     ahead, behind = _corner_angles(mesh)
-    frames = mesh.tangent_frames[mesh.faces]
+    frames = frames[mesh.faces]
     corners = mesh.vertices[mesh.faces]
     # Each corner contributes its first edge; the last corner of an open fan also its second.
     seen = np.exp(-1j * ahead) * _unit_complex(np.roll(corners, -1, axis=1) - corners, frames)
@@ -27,7 +35,7 @@ def edge_directions(mesh: TriangleMesh) -> tuple[Floats, Floats]:
     seen = seen + np.where(last, end, 0)
     total = corner_sum(seen.real, mesh.faces, mesh.n_vertices) + 1j * corner_sum(seen.imag, mesh.faces, mesh.n_vertices)
     turn = np.angle(total)[mesh.faces]
-    return _by_edge(mesh, ahead + turn, behind + turn)
+    return ahead + turn, behind + turn
 
 
 def intrinsic_edge_directions(surface: PolyhedralSurface) -> tuple[Floats, Floats]:

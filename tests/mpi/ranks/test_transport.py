@@ -7,9 +7,11 @@ import numpy as np
 import pytest
 
 from geomhw.distributed import distribute, distributed_transport, open_sliced, source_orientation, source_stars
+from geomhw.errors import MeshError
 from geomhw.mesh import TriangleMesh, face_point
 from geomhw.mesh.named_points import vertex_points
 from geomhw.mesh.primitives import grid, icosphere, moebius_band, strip
+from geomhw.options import Connection
 from geomhw.transport import VectorHeat
 from geomhw.transport.source_vectors import source_frames, tangent_vectors, unit_vectors
 from support.hostile import arrays, doubled, flipped, hourglass, joined, klein_bottle, moved, turned
@@ -55,17 +57,32 @@ CASES: dict[str, tuple[Any, list[int], list[list[float]], str]] = {
 }
 
 
+INTRINSIC = ["sphere", "sphere, long time", "grid with a boundary", "genus 2", "loose vertex", "faces turned"]
+INTRINSIC += ["pinched", "edges of three faces", "one-sided", "one-sided, long time", "fewer vertices than ranks"]
+INTRINSIC += ["camelhead"]
+
+
+@pytest.mark.parametrize("name", INTRINSIC)
+def test_intrinsic_connection(name: str, folder: Path) -> None:
+    """The same with the intrinsic connection."""
+    compare(name, folder, "intrinsic")
+
+
 @pytest.mark.parametrize("name", CASES)
 def test_equal_to_one_process(name: str, folder: Path) -> None:
     """Vectors differ by at most 1e-8 of their length from those of factorizations, away from the cut locus."""
+    compare(name, folder, "normals")
+
+
+def compare(name: str, folder: Path, connection: Connection) -> None:
     if name == "camelhead" and not REFERENCE:
         pytest.skip("the reference meshes are missing")
     make, sources, vectors, time = CASES[name]
     whole = make()
     mesh = distribute(RANKS, open_sliced(RANKS, saved(whole, folder)))
     points = vertex_points(whole, sources)
-    result = distributed_transport(mesh, source_stars(mesh, points.corners), points, vectors, [time])
-    method = VectorHeat(whole, time, solver="direct")
+    result = distributed_transport(mesh, source_stars(mesh, points.corners), points, vectors, [time], connection)
+    method = VectorHeat(whole, time, connection, solver="direct")
     expected = method.from_vertices(sources, vectors)
     found, known = in_order(mesh, result.fields["transported"]), np.asarray(expected["transported"])
     assert np.array_equal(found.any(axis=1), known.any(axis=1))
@@ -90,6 +107,15 @@ def test_gamg(folder: Path) -> None:
         test_equal_to_one_process("sphere, long time", folder)
     finally:
         options.delValue("pc_type")
+
+
+def test_intrinsic_connection_needs_normals(folder: Path) -> None:
+    """All ranks refuse the intrinsic connection at vertices without a normal, where no frame fixes a direction."""
+    whole = folded_sheet()
+    mesh = distribute(RANKS, open_sliced(RANKS, saved(whole, folder)))
+    points = vertex_points(whole, [20])
+    with pytest.raises(MeshError, match="no normal"):
+        distributed_transport(mesh, source_stars(mesh, points.corners), points, ONE, ["h2"], "intrinsic")
 
 
 def half_turned(mesh: TriangleMesh, first: int) -> TriangleMesh:
