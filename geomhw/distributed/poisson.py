@@ -112,6 +112,11 @@ def conjugate_gradients(
     name = preconditioner_name(solver.getPC())
     for item in (solver, b, x):
         item.destroy()
+    if reason == ranks.petsc.KSP.ConvergedReason.DIVERGED_INDEFINITE_MAT:
+        raise ConvergenceError(
+            "the system of a time step is not positive definite, since very obtuse angles have negative cotan weights; "
+            "take a shorter time"
+        )
     if reason <= 0:
         raise ConvergenceError(
             f"a linear system is not solved after {iterations} iterations (PETSc's reason {reason}); "

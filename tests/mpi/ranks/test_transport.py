@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 
 from geomhw.distributed import distribute, distributed_transport, open_sliced, source_orientation, source_stars
-from geomhw.errors import MeshError
+from geomhw.errors import ConvergenceError, MeshError
 from geomhw.mesh import TriangleMesh, face_point
 from geomhw.mesh.named_points import vertex_points
 from geomhw.mesh.primitives import grid, icosphere, moebius_band, strip
 from geomhw.options import Connection
 from geomhw.transport import VectorHeat
 from geomhw.transport.source_vectors import source_frames, tangent_vectors, unit_vectors
-from support.hostile import arrays, doubled, flipped, hourglass, joined, klein_bottle, moved, turned
+from support.hostile import arrays, doubled, flipped, hourglass, joined, klein_bottle, moved, pinched_meshes, turned
 from support.meshes import book, two_spheres
 from support.rank_meshes import RANKS, camelhead, folded_sheet, genus_two, in_order, saved, with_loose_vertex
 from support.reference import REFERENCE
@@ -116,6 +116,20 @@ def test_intrinsic_connection_needs_normals(folder: Path) -> None:
     points = vertex_points(whole, [20])
     with pytest.raises(MeshError, match="no normal"):
         distributed_transport(mesh, source_stars(mesh, points.corners), points, ONE, ["h2"], "intrinsic")
+
+
+def test_indefinite_systems(folder: Path) -> None:
+    """Where M + tK has a negative eigenvalue, all ranks raise an error that names the remedy, which works."""
+    whole = TriangleMesh(*pinched_meshes()["pinched_bands"])
+    assert np.linalg.eigvalsh(VectorHeat(whole, "20*h2", "intrinsic")._matrix.toarray())[0] < 0
+    mesh = distribute(RANKS, open_sliced(RANKS, saved(whole, folder)))
+    points = vertex_points(whole, [0])
+    stars = source_stars(mesh, points.corners)
+    with pytest.raises(ConvergenceError, match="take a shorter time"):
+        distributed_transport(mesh, stars, points, ONE, ["20*h2"], "intrinsic")
+    expected = VectorHeat(whole, "h2", "intrinsic", solver="direct").from_vertices([0], ONE)["diffused"]
+    found = in_order(mesh, distributed_transport(mesh, stars, points, ONE, ["h2"], "intrinsic").fields["diffused"])
+    assert np.abs(found - expected).max() <= 1e-8 * np.linalg.norm(expected, axis=1).max()
 
 
 def half_turned(mesh: TriangleMesh, first: int) -> TriangleMesh:
