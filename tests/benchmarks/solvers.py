@@ -1,8 +1,8 @@
 """One geodesic distance by every solver of the field, as a child process of `distances.py` runs them.
 
 ``python solvers.py NAME MESH.npz OUT.npz`` computes what NAME says on the arrays vertices and faces, and writes the
-distance from the vertex source, the seconds from arrays to distances, those of a second question, and peak memory. A
-question on a small sphere comes before, so that code is loaded when the clock starts.
+distance from the vertex source, the seconds from arrays to distances, those of a second question, and peak memory. The
+same question comes before, so that code is loaded when the clock starts.
 """
 
 import re
@@ -15,8 +15,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-
-from geomhw.mesh.primitives import icosphere
 
 Floats = NDArray[np.float64]
 #: From vertices and faces to a function from a source to distances.
@@ -134,8 +132,7 @@ def main() -> None:
     arrays = np.load(mesh)
     V, F, source = arrays["vertices"], arrays["faces"], int(arrays["source"])
     prepare = SOLVERS[name]()
-    ball = icosphere(6)
-    prepare(ball.vertices, ball.faces)(0)
+    prepare(V, F)(source)
     start = time.perf_counter()
     ask = prepare(V, F)
     found = ask(source)
