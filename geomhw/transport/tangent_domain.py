@@ -43,7 +43,8 @@ class TangentDomain:
     def crossings(self) -> dict[str, int]:
         """Numbers of what vectors do not pass, for a report; no zeros.
 
-        These are edges of more than two faces, other vertices with several fans, and vertices without a normal.
+        These are edges of more than two faces, other vertices with several fans, and vertices without a normal, which
+        the intrinsic connection passes.
         """
         single = without_duplicate_faces(self.mesh)
         edges = single.edges[single.edge_table.face_counts > 2]
@@ -51,7 +52,9 @@ class TangentDomain:
         counts = {
             "non_manifold_edges": len(edges),
             "non_manifold_vertices": len(vertices),
-            "vertices_without_normal": len(self.bare) * self.base.n_vertices // self.cover.n_vertices,
+            "vertices_without_normal": len(self.cover.vertices_without_normal)
+            * self.base.n_vertices
+            // self.cover.n_vertices,
         }
         return {name: count for name, count in counts.items() if count}
 
@@ -109,8 +112,10 @@ class TangentDomain:
         return answering_copies(self._original, log[:count], vectors)
 
     def vectors(self, z: Complexes, where: Ints) -> Floats:
-        """Tangent vectors, (n, 3), at vertices of the cover, from complex numbers on it."""
-        return from_complex(self.cover, z)[where]
+        """Tangent vectors, (n, 3), at vertices of the cover, from complex numbers on it; zero without a normal."""
+        vectors = from_complex(self.cover, z)
+        vectors[self.cover.vertices_without_normal] = 0.0
+        return vectors[where]
 
 
 def sources_on_sheets(sources: SurfacePoints, base: TriangleMesh, original: Ints) -> tuple[SurfacePoints, Ints]:

@@ -157,6 +157,8 @@ def test_intrinsic_transport_passes_a_fold() -> None:
     x = SHEET.vertices[:, 0]
     np.testing.assert_allclose(found[x > 0], given[x > 0], atol=1e-9)
     np.testing.assert_allclose(found[x < 0], given[x < 0] * [-1, 1, 1], atol=1e-9)
+    assert not found[x == 0].any()  # no plane is tangent there
+    assert over.from_vertices([SOURCE], VECTOR).report["vertices_without_normal"] == (x == 0).sum()
 
 
 def test_no_vector_starts_where_faces_cancel() -> None:
