@@ -8,6 +8,7 @@ Vardi, Zhang: The Multivariate L1-Median and Associated Data Depth. PNAS 97(4), 
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
+from math import inf, sqrt
 
 import numpy as np
 
@@ -30,6 +31,8 @@ DIRECTIONS, EVEN_DIRECTIONS, SHARES = 8, np.arange(0, 360, 45), (0.5, 0.02)
 CORNERS = 2
 #: A step of this length, as a share of the largest distance of a point, changes the sum by rounding.
 NEGLIGIBLE = 1e-7
+#: Radii exceed distances by this share, so that rounding does not matter.
+SLACK = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,9 +75,13 @@ class MeanSearch:
         self.mesh, self.targets, self.median = mesh, targets, median
         self._log, self._lines = LogarithmicMap(mesh), StraightestGeodesics(mesh)
 
-    def minimum(self, start: SurfacePoints) -> SurfaceMean:
-        """Return the minimum to which the iteration from a point converges."""
-        here = self._at(start, 0)
+    def radius(self, value: float) -> float:
+        """Return the distance from a given point beyond which sums are larger than a value."""
+        return (value if self.median else sqrt(value)) * (1 + SLACK)
+
+    def minimum(self, start: SurfacePoints, radius: float = inf) -> SurfaceMean:
+        """Return the minimum to which the iteration from a point converges; all given points are within a radius."""
+        here = self._at(start, 0, radius)
         for steps in range(1, STEPS + 1):
             if np.linalg.norm(here[1]) <= SHORTEST * here[0].distances.max():
                 break
@@ -111,7 +118,7 @@ class MeanSearch:
             point = way(length)
             if point is None:
                 return None, True
-            new = self._at(point, number)
+            new = self._at(point, number, self.radius(state.value))
             flat = new[0].value > state.value * (1 - ROUNDING)
             if new[0].value <= state.value * (1 + ROUNDING) and not (flat and new[0].last_step >= state.last_step):
                 return new, False
@@ -121,8 +128,9 @@ class MeanSearch:
     def _ways_to_corners(self, point: SurfacePoints) -> list[tuple[float, Way]]:
         """Return the angle to each corner of the faces that hold a point, and the straight way to it."""
         mesh, here, at = self.mesh, point.positions(self.mesh)[0], point.corners[0, 0]
-        angle, ways = np.asarray(self._log.from_source(point)["angle"]), list[tuple[float, Way]]()
         faces = point.faces if point.faces[0] >= 0 else np.flatnonzero((mesh.faces == at).any(axis=1))
+        longest = float(mesh.edge_lengths[mesh.edge_table.of_faces[faces]].max())
+        angle, ways = np.asarray(self._log.from_source(point, longest)["angle"]), list[tuple[float, Way]]()
         for face in faces.tolist():
             corners = mesh.faces[face]
             start = point.weights[0] if point.faces[0] >= 0 else np.where(corners == at, 1.0, 0.0)
@@ -140,12 +148,12 @@ class MeanSearch:
         """
         if state.last_step <= NEGLIGIBLE * state.distances.max():
             return None
-        angles = np.asarray(self._log.from_source(state.point)["angle"])[self.targets]
+        angles = np.asarray(self._log.from_source(state.point, self.radius(state.value))["angle"])[self.targets]
         to_points = np.degrees(angles[np.isfinite(angles)])
         directions = [*to_points[:DIRECTIONS].tolist(), *(to_points[:1] + EVEN_DIRECTIONS).tolist()]
         for share in SHARES:
             ends = [self._traced(state.point, degrees, share * state.last_step) for degrees in directions]
-            states = [self._at(end, number) for end in ends if end is not None]
+            states = [self._at(end, number, self.radius(state.value)) for end in ends if end is not None]
             best = min(states, key=lambda item: item[0].value, default=None)
             if best and best[0].value < state.value * (1 - ROUNDING):
                 return best
@@ -158,9 +166,12 @@ class MeanSearch:
         except ArgumentError:
             return None
 
-    def _at(self, point: SurfacePoints, number: int) -> State:
-        """Return the state at a point, and the next step as a vector in the frame of the logarithmic map."""
-        result = self._log.from_source(point)
+    def _at(self, point: SurfacePoints, number: int, radius: float) -> State:
+        """Return the state at a point, and the next step as a vector in the frame of the logarithmic map.
+
+        The sum is infinite if a given point is beyond the radius.
+        """
+        result = self._log.from_source(point, radius)
         d, log = np.asarray(result["radius"])[self.targets], np.asarray(result["log"])[self.targets]
         away = (d > 0) & np.isfinite(log).all(axis=1)
         if not self.median:

@@ -81,7 +81,8 @@ def _center(mesh: TriangleMesh, points: SurfacePoints, median: bool) -> SurfaceM
         raise ArgumentError("there is no point to take the mean of")
     inserted = insert_points(mesh, points)
     search = MeanSearch(inserted.mesh, inserted.vertices, median)
-    found = [search.minimum(start) for start in _starts(search)]
+    starts, radius = _starts(search)
+    found = [search.minimum(start, radius) for start in starts]
     best = min(found, key=lambda item: item.value)
     places = [original_point(mesh, inserted, item.point) for item in found]
     point = places[found.index(best)]
@@ -105,16 +106,20 @@ def original_point(mesh: TriangleMesh, inserted: InsertedPoints, point: SurfaceP
     return face_point(mesh, int(inserted.parents[face]), corner @ inserted.corners[face])
 
 
-def _starts(search: MeanSearch) -> list[SurfacePoints]:
-    """Vertices and middles of edges to start from, the best first: local minima of the sum, as it is on flat faces.
+def _starts(search: MeanSearch) -> tuple[list[SurfacePoints], float]:
+    """Vertices and middles of edges to start from, the best first, and a radius with all given points round each.
 
-    A squared distance from one image of a point is x² + a linear function along an edge, and thus known from its ends.
+    They are local minima of the sum, as it is on flat faces, no farther from any given point than a minimum can be. A
+    squared distance from one image of a point is x² + a linear function along an edge, and thus known from its ends.
     """
-    mesh = search.mesh
-    distances = ExactDistance(mesh).rows([vertex_points(mesh, [v]) for v in search.targets.tolist()])
-    if np.isinf(distances[0, search.targets]).any():
-        k = int(np.isinf(distances[0, search.targets]).argmax())
+    mesh, solver, targets = search.mesh, ExactDistance(search.mesh), search.targets
+    given = [vertex_points(mesh, [v]) for v in targets.tolist()]
+    between = solver.rows(given, targets=[targets] * len(given))[:, targets]
+    if np.isinf(between[0]).any():
+        k = int(np.isinf(between[0]).argmax())
         raise FieldError(f"no path connects point 0 with point {k}: they lie on different components")
+    reach = search.radius(float((between if search.median else between**2).sum(axis=1).min()))
+    distances = solver.rows(given, reach)
     (a, b), quarters = mesh.edges.T, mesh.edge_lengths**2 / 4
     at_vertices, at_edges = np.zeros(mesh.n_vertices), np.zeros(mesh.n_edges)
     for d in distances**2:
@@ -133,11 +138,11 @@ def _starts(search: MeanSearch) -> list[SurfacePoints]:
         order = local[np.argsort(values[local], kind="stable")][:STARTS]
         found += [(float(values[k]), point(mesh, int(k))) for k in order]
     found.sort(key=lambda item: item[0])
-    if len(search.targets) == 2 and not search.median:  # the middle of a shortest path is a minimum
-        ends = [vertex_points(mesh, [v]) for v in search.targets.tolist()]
-        (path,) = ShortestPaths(mesh).between(*ends)
+    if len(given) == 2 and not search.median:  # the middle of a shortest path is a minimum
+        (path,) = ShortestPaths(mesh).between(*given)
         found.insert(0, (path.length**2 / 2, path.end(int(np.abs(path.arc_length - path.length / 2).argmin()))))
-    return [start for value, start in found if value <= found[0][0] * (1 + BAND)]
+    starts = [start for value, start in found if value <= found[0][0] * (1 + BAND)]
+    return starts, reach + float(mesh.edge_lengths.max())
 
 
 def _vertex(mesh: TriangleMesh, v: int) -> SurfacePoints:
