@@ -18,11 +18,10 @@ NOT_PASSED = {
 
 def lines_on_reach(answers: Mapping[str, Any]) -> list[str]:
     """Return lines on what vectors do not pass, and on how many vertices none reaches."""
-    lines, passed = [], answers["connection"] == "intrinsic" and answers.get("vertices_without_normal", 0)
-    if passed:
-        answers = {**answers, "vertices_without_normal": 0}
+    counts, lines = {name: answers.get(name, 0) for name in NOT_PASSED}, []
+    if answers["connection"] == "intrinsic" and (passed := counts.pop("vertices_without_normal")):
         lines.append(f"note: vectors are zero at {counted(passed, 'vertex whose', 'vertices whose')} faces cancel")
-    if barriers := [counted(answers[name], *words) for name, words in NOT_PASSED.items() if answers.get(name, 0)]:
+    if barriers := [counted(count, *NOT_PASSED[name]) for name, count in counts.items() if count]:
         lines.append(f"note: vectors do not pass {', '.join(barriers)}")
     if unreached := answers["unreachable_vertices"]:
         lines.append(f"warning: no vector reaches {counted(unreached, 'vertex', 'vertices')}: 0 there")

@@ -54,9 +54,9 @@ def assemble(mesh: LocalMesh) -> LocalOperators:
     lengths = distances(mesh.vertices, pairs)
     S = edge_matrix(pairs, -cotan, weight_sums(pairs, cotan, n))[:k]
     ours = counted_here(mesh, pairs)
-    least = -mesh.ranks.max(float(-cotan[ours].min(initial=np.inf)))
+    least = mesh.ranks.min(float(cotan[ours].min(initial=np.inf)))
     largest = mesh.ranks.max(float(np.abs(cotan[ours]).max(initial=0.0)))
-    return LocalOperators(pairs, lengths, areas[:k], S, mean_edge_length(mesh, pairs[ours]), (least, largest))
+    return LocalOperators(pairs, lengths, areas[:k], S, mean_length(mesh, lengths[ours]), (least, largest))
 
 
 def counted_here(mesh: LocalMesh, edges: Ints) -> NDArray[np.bool_]:
@@ -66,9 +66,8 @@ def counted_here(mesh: LocalMesh, edges: Ints) -> NDArray[np.bool_]:
     return ours
 
 
-def mean_edge_length(mesh: LocalMesh, counted: Ints) -> float:
-    """Return the mean length of the edges of the whole mesh; counted : (e, 2) those of `counted_here`."""
-    lengths = distances(mesh.vertices, counted)
+def mean_length(mesh: LocalMesh, lengths: Floats) -> float:
+    """Return the mean length of the edges of the whole mesh; lengths : (e,) of those of `counted_here`."""
     total, count = mesh.ranks.sum(np.array([lengths.sum(), len(lengths)]))
     return float(total / count)
 

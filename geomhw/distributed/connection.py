@@ -2,6 +2,7 @@
 
 import numpy as np
 import scipy.sparse as sp
+from numpy.typing import NDArray
 
 from geomhw.arrays import Floats, pieces
 from geomhw.distributed.local_mesh import LocalMesh
@@ -31,9 +32,14 @@ def tangent_frames(mesh: LocalMesh) -> Floats:
     return mesh.with_ghosts(frames[:k])
 
 
+def without_normal(frames: Floats) -> NDArray[np.bool_]:
+    """Whether the second vectors of `tangent_frames`, (k, 2, 3), are zero, (k,)."""
+    return np.asarray(~frames[:, 1].any(axis=1))
+
+
 def require_normals(mesh: LocalMesh, areas: Floats, frames: Floats) -> None:
     """Raise MeshError for a vertex with faces but no normal, where frames, (k + g, 2, 3), fix no direction."""
-    bare = np.flatnonzero((areas > 0) & ~frames[: mesh.n_own, 1].any(axis=1))
+    bare = np.flatnonzero((areas > 0) & without_normal(frames[: mesh.n_own]))
     with mesh.ranks.agreeing():
         if len(bare):
             raise MeshError(

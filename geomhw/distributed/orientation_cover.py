@@ -6,9 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geomhw.arrays import Ints
-from geomhw.distributed.assembly import counted_here, mean_edge_length
+from geomhw.distributed.assembly import counted_here, mean_length
 from geomhw.distributed.local_mesh import Halo, LocalMesh
 from geomhw.distributed.shared_faces import SharedFaces
+from geomhw.mesh.geometry import distances
 from geomhw.mesh.topology import Edges, inner_pairs, linked_components, pinched_vertices, unique_edges
 
 
@@ -48,7 +49,7 @@ def orientation_cover(mesh: LocalMesh) -> LocalCover:
     sides = 1 + int(ranks.max(bool((given == reverse).any())))
     kept = np.stack([given <= reverse, given > reverse], axis=1) if sides == 1 else np.ones((len(faces), 2), dtype=bool)
     face, turn = np.nonzero(kept)
-    cover, original = _cut(mesh, faces[face], turn == 1, _fans(faces, links, kept))
+    cover, original = _cut(mesh, faces[face], turn == 1, _fans(links, kept))
     copies = np.bincount(original, minlength=k) > sides
     counted, several = table.vertices[here], table.face_counts[here] > 2
     ours, sheets = counted_here(mesh, counted), counted[several]
@@ -59,7 +60,7 @@ def orientation_cover(mesh: LocalMesh) -> LocalCover:
     }
     totals = {name: int(ranks.sum(count)) for name, count in counts.items()}
     crossings = {name: total for name, total in totals.items() if total}
-    return LocalCover(cover, original, sides, crossings, mean_edge_length(mesh, counted[ours]))
+    return LocalCover(cover, original, sides, crossings, mean_length(mesh, distances(mesh.vertices, counted[ours])))
 
 
 def edges_of_rank(mesh: LocalMesh) -> tuple[Edges, NDArray[np.bool_]]:
@@ -100,7 +101,7 @@ def orientation_labels(mesh: LocalMesh, links: list[Ints]) -> tuple[Ints, Ints]:
             return labels[:m], labels[m:]
 
 
-def _fans(faces: Ints, links: list[Ints], kept: NDArray[np.bool_]) -> Ints:
+def _fans(links: list[Ints], kept: NDArray[np.bool_]) -> Ints:
     """Label the fan of each corner, (q, 3), of the faces of the cover.
 
     kept : (f, 2) whether each face as given and reversed is one of them; these are counted row by row.

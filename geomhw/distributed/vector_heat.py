@@ -10,7 +10,13 @@ from numpy.typing import ArrayLike, NDArray
 from geomhw.arrays import Complexes, Floats, Ints
 from geomhw.distributed.assembly import LocalOperators, assemble
 from geomhw.distributed.components import component_labels
-from geomhw.distributed.connection import connection_stiffness, intrinsic_stiffness, require_normals, tangent_frames
+from geomhw.distributed.connection import (
+    connection_stiffness,
+    intrinsic_stiffness,
+    require_normals,
+    tangent_frames,
+    without_normal,
+)
 from geomhw.distributed.edge_paths import edge_path_distance
 from geomhw.distributed.heat_method import LocalResult, time_step
 from geomhw.distributed.heat_step import heat_step
@@ -92,7 +98,7 @@ def distributed_transport(
         for name, values in found.items()
     }
     h: float = operators.mean_edge_length
-    bare = np.asarray(~frames[:, 1].any(axis=1))  # e2 = n x e1
+    bare = without_normal(frames)
     count = int(mesh.ranks.sum(int((bare[: cover.mesh.n_own] & (operators.areas > 0)).sum()))) // cover.sides
     unreached = heat.unreached(bare if count else None)[where[0]]
     report = {
