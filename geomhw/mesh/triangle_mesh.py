@@ -60,6 +60,15 @@ class TriangleMesh(PolyhedralSurface):
     def __repr__(self) -> str:
         return f"TriangleMesh({self.n_vertices} vertices, {self.n_faces} face{'s' * (self.n_faces != 1)})"
 
+    def __getstate__(self) -> dict[str, Any]:
+        """Return what is pickled: vertices and faces, from which the other arrays follow."""
+        return {"vertices": self.vertices, "faces": self.faces}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Take what was pickled; copies are read-only, too."""
+        for name, values in state.items():
+            object.__setattr__(self, name, frozen(values))
+
     # -- conversion ----------------------------------------------------------------------------------------------------
 
     @classmethod

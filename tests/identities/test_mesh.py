@@ -1,5 +1,7 @@
 """Identities of geometry and topology, on every mesh of the zoo."""
 
+import pickle
+
 import numpy as np
 import pytest
 
@@ -13,6 +15,17 @@ from geomhw.mesh.triangle_mesh import TriangleMesh
 from support.meshes import CLOSED, zoo_mesh
 
 BALL = icosphere(2)
+
+
+def test_pickles() -> None:
+    """A pickle holds vertices and faces only; its mesh has the same derived arrays."""
+    mesh = icosphere(3)
+    small = len(pickle.dumps(mesh))
+    assert mesh.vertex_normals.any()
+    copy = pickle.loads(pickle.dumps(mesh))
+    assert len(pickle.dumps(mesh)) == small
+    assert np.array_equal(copy.vertex_normals, mesh.vertex_normals)
+    assert not copy.vertices.flags.writeable
 
 
 def test_gauss_bonnet(mesh: TriangleMesh) -> None:
