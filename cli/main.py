@@ -6,6 +6,12 @@ import sys
 
 from geomhw_cli.runtime import interrupts
 
+#: Environment variables from which linear algebra libraries read their number of threads when they are loaded.
+BLAS_THREADS = [f"{name}_NUM_THREADS" for name in ("OPENBLAS", "MKL", "BLIS", "OMP")] + ["VECLIB_MAXIMUM_THREADS"]
+#: Options that ask for a picture or a film.
+PICTURES = {"--png", "--svg", "--pdf", "--gif", "--mp4"}
+#: Words with which they do not, or not in this process.
+DRAWING_NOTHING = {"batch", "--estimate", "-h", "--help"}
 TYPE_CHECKING = False  # typing takes a while to load, in which a signal would end in a traceback
 if TYPE_CHECKING:
     from typing import Any, NoReturn
@@ -20,7 +26,11 @@ def main() -> "NoReturn":
     try:
         interrupts.install()
         _open_standard_streams()
+        # With several BLAS threads, the order of sums and so the last digits depend on the number of cores.
+        os.environ.update(dict.fromkeys(BLAS_THREADS, "1"))
+        os.environ["MPLBACKEND"] = "agg"  # notebooks set one that is not installed here
         with interrupts.restored():
+            _start_renderer(sys.argv[1:])
             from geomhw_cli.program import run
 
             code = run()
@@ -31,11 +41,27 @@ def main() -> "NoReturn":
         print(f"Error: interrupted{f'; {stop}' if str(stop) else ''}", file=sys.stderr)
         code = interrupts.exit_code()
     if interrupts.arrived:  # also a signal that a library swallowed
+        from geomhw_cli.runtime import renderer
+
+        renderer.end()
         code = interrupts.exit_code()
         for stream in (sys.stdout, sys.stderr):
             stream.flush()
         os._exit(code)
     sys.exit(code)
+
+
+def _start_renderer(words: "list[str]") -> None:
+    """Start the process that draws, if options ask for pictures, before modules load that take a while."""
+    options = {word.partition("=")[0] for word in words}
+    if options & PICTURES and not options & DRAWING_NOTHING:
+        from contextlib import suppress
+
+        from geomhw.errors import GeomhwError
+        from geomhw_cli.runtime import renderer
+
+        with suppress(GeomhwError):  # it comes again in the command
+            renderer.started()
 
 
 def _open_standard_streams() -> None:

@@ -47,8 +47,6 @@ from geomhw_cli.vecdiffuse import vecdiffuse
 from geomhw_cli.view import view
 from geomhw_cli.voronoi import voronoi
 
-#: Environment variables from which linear algebra libraries read their number of threads when they are loaded.
-BLAS_THREADS = [f"{name}_NUM_THREADS" for name in ("OPENBLAS", "MKL", "BLIS", "OMP")] + ["VECLIB_MAXIMUM_THREADS"]
 #: The option that stands for an argument of the library which avoids an error.
 REMEDIES: dict[Remedy, str] = {
     "robust=True": "--robust",
@@ -173,9 +171,6 @@ for command in (
 
 def run() -> int:
     """Run the program and return the exit code; interrupts are raised."""
-    # With several BLAS threads, the order of sums and so the last digits depend on the number of cores.
-    os.environ.update(dict.fromkeys(BLAS_THREADS, "1"))
-    os.environ["MPLBACKEND"] = "agg"  # notebooks set one that is not installed here
     if not sys.warnoptions:
         warnings.simplefilter("ignore")
     for stream in (sys.stdout, sys.stderr):

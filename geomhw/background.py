@@ -1,7 +1,8 @@
 """Computation in a background thread."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
+from itertools import islice
 from typing import TypeVar
 
 T = TypeVar("T")
@@ -17,3 +18,16 @@ def submit(work: Callable[[], T]) -> Future[T]:
     future = worker.submit(work)
     worker.shutdown(wait=False)
     return future
+
+
+def ahead(values: Iterable[T]) -> Iterator[T]:
+    """Yield values, each computed in a thread while the caller uses the one before.
+
+    >>> list(ahead(k * k for k in range(4)))
+    [0, 1, 4, 9]
+    """
+    iterator = iter(values)
+    found = submit(lambda: [*islice(iterator, 1)])
+    while value := found.result():
+        found = submit(lambda: [*islice(iterator, 1)])
+        yield value[0]

@@ -39,3 +39,17 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """An empty folder of this test's own, as the working folder."""
     monkeypatch.chdir(tmp_path)
     return tmp_path
+
+
+@pytest.fixture
+def no_opengl(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Hide OpenGL and displays from this process and from those that it starts."""
+    from geomhw.render import offscreen
+
+    monkeypatch.setattr(offscreen, "missing_opengl", lambda: "there is no OpenGL library (libEGL.so.1)")
+    monkeypatch.setattr(offscreen, "has_display", lambda: False)
+    for name in ("VTK_DEFAULT_OPENGL_WINDOW", "DISPLAY"):
+        monkeypatch.delenv(name, raising=False)
+    folder = tmp_path_factory.mktemp("libraries")
+    (folder / "libEGL.so.1").touch()  # an empty file is no library
+    monkeypatch.setenv("LD_LIBRARY_PATH", str(folder))

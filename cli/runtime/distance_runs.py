@@ -73,7 +73,8 @@ def heat_distances(
     with job.stage("compute"):
         solver, points = HeatDistance(part.mesh, **method.settings), part.sources(sources, job.remarks)
         result = part.expand(solver.from_sources(points))
-    answers = result.report
+    answers, seconds = result.report, solver.stages.seconds
+    del solver  # the picture needs the memory
     errors = None
     if not (job.quiet or answers["refined"]):  # only for the report, and compiled loops take half a second to load
         from geomhw.geodesic.accuracy import distance_errors
@@ -90,7 +91,7 @@ def heat_distances(
     if "robust" in answers:
         lines.append(robust_line(answers["robust"]))
     lines += accuracy_lines(answers) + _unreachable(answers, beyond)
-    job.finish(mesh, shortened(answers) | {"profile": {"seconds": solver.stages.seconds}}, lines)
+    job.finish(mesh, shortened(answers) | {"profile": {"seconds": seconds}}, lines)
 
 
 def _write(job: Job, result: "Result", beyond: float, panels: tuple[str, ...]) -> None:

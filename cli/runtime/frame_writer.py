@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from geomhw.background import ahead
 from geomhw.errors import RenderError
 from geomhw_cli.runtime.background_writer import BackgroundWriter
-from geomhw_cli.runtime.interrupts import delayed, restored, whole
+from geomhw_cli.runtime.interrupts import restored
 from geomhw_cli.runtime.job import Job
-from geomhw_cli.runtime.pictures import PictureFiles, load_renderer
+from geomhw_cli.runtime.pictures import FILMS, KINDS, PictureFiles
 from geomhw_cli.specs.files import file_stem, inputs, require_writable
 
 if TYPE_CHECKING:
@@ -22,8 +23,6 @@ if TYPE_CHECKING:
 
 #: Removed files that the report lists, at most.
 MAX_REMOVED = 8
-#: Kinds of films.
-FILMS = ("gif", "mp4")
 
 
 @dataclass
@@ -61,19 +60,19 @@ class FrameWriter:
         film beside it. restart: the checkpoint that the run goes on from, which may be that of the series. settings:
         files by kind, and values of `output_options.DRAWING`.
         """
+        name = f"{file_stem(mesh_path)}.{command}"
+        drawn = [kind for kind in (*KINDS, *FILMS) if settings[kind]]
+        if no_png and drawn:
+            raise click.UsageError(f"--{drawn[0]} and --no-png exclude each other.")
+        default = Path(name, f"{name}.pvd")
+        if output in (None, default) and not (drawn or no_png):
+            settings["png"], settings["gif"] = Path(f"{name}.png"), Path(f"{name}.gif")
+        pictures = PictureFiles.take(settings)
         from geomhw.errors import FormatError
         from geomhw.io import SeriesWriter, require_mp4
         from geomhw.io.locks import locked
         from geomhw.render.offscreen import prepare
 
-        name = f"{file_stem(mesh_path)}.{command}"
-        pictures = PictureFiles.take(settings)
-        drawn = [*pictures.paths, *(kind for kind in FILMS if settings[kind])]
-        if no_png and drawn:
-            raise click.UsageError(f"--{drawn[0]} and --no-png exclude each other.")
-        default = Path(name, f"{name}.pvd")
-        if output in (None, default) and not (drawn or no_png):
-            pictures.paths, settings["gif"] = {"png": Path(f"{name}.png")}, Path(f"{name}.gif")
         output = output or _in_folder(default)
         require_writable([output], [".pvd"])
         pictures.require()
@@ -91,8 +90,6 @@ class FrameWriter:
             require_mp4()
         if drawn:
             prepare()
-        if wanted.keys() & set(FILMS):
-            load_renderer()
         return cls(Job(command, mesh_path, pictures=pictures, **report), series, wanted, fps)
 
     @property
@@ -186,16 +183,18 @@ class FrameWriter:
         with self.job.stage("render"):
             moving = {"tracers": clouds} if len(clouds) == len(results) else {}
             self.pictures.write_page(results, [frame.time for frame in frames], clouds=moving)
-            if gif or mp4:
-                images = list(whole(flow_film(results, clouds, replace(look, transparent=False))))
-                if gif:
-                    write_gif(gif, images, self.fps)
-                if mp4:
-                    write_mp4(mp4, images, self.fps)
-            if self.pictures.paths:
-                with delayed():  # VTK crashes if it is interrupted
-                    sheet = contact_sheet(results, clouds, look)
-                self.pictures.write(sheet)
+            if not (gif or mp4 or self.pictures.paths):
+                return
+            with self.pictures.drawn():
+                if gif or mp4:
+                    film = ahead(flow_film(results, clouds, replace(look, transparent=False)))
+                    images = list(film) if gif and mp4 else film
+                    if gif:
+                        write_gif(gif, images, self.fps)
+                    if mp4:
+                        write_mp4(mp4, images, self.fps)
+                if self.pictures.paths:
+                    self.pictures.write(contact_sheet(results, clouds, look))
 
 
 def _in_folder(path: Path) -> Path:

@@ -3,15 +3,12 @@
 import os
 import signal
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
-from itertools import islice
 
 TYPE_CHECKING = False  # typing is not loaded before the signals are handled
 if TYPE_CHECKING:
-    from typing import Any, TypeVar
-
-    T = TypeVar("T")
+    from typing import Any
 
 SIGNALS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
 #: Signals that have arrived, the first of which decides the exit code.
@@ -77,17 +74,6 @@ def delayed() -> Iterator[None]:
             signal.signal(number, handler)
     if waiting:
         signal.raise_signal(waiting[0])
-
-
-def whole(values: "Iterable[T]") -> "Iterator[T]":
-    """Yield values, and delay the signals while each of them is computed: VTK crashes if it is interrupted."""
-    iterator = iter(values)
-    while True:
-        with delayed():
-            found = [*islice(iterator, 1)]
-        if not found:
-            return
-        yield found[0]
 
 
 def _interrupt(number: int, frame: object) -> None:

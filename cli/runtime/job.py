@@ -13,8 +13,8 @@ import click
 from geomhw.errors import RenderError
 from geomhw.stages import Stages
 from geomhw.wording import counted
-from geomhw_cli.runtime.interrupts import delayed, restored
-from geomhw_cli.runtime.pictures import PictureFiles
+from geomhw_cli.runtime.interrupts import restored
+from geomhw_cli.runtime.pictures import KINDS, PictureFiles
 from geomhw_cli.specs.files import STANDARD, file_stem, read_input, require_writable, write_outputs
 
 if TYPE_CHECKING:
@@ -65,18 +65,18 @@ class Job:
         extensions: of outputs, by default those of meshes. beside: other data files, if any, with their extensions.
         settings: of `output_options.DRAWING`, `options.REPORT`.
         """
+        name = f"{file_stem(mesh_path)}.{command}"
+        drawn = [kind for kind in KINDS if settings[kind]]
+        if drawn and no_png:
+            raise click.UsageError(f"--{drawn[0]} and --no-png exclude each other.")
+        if not (outputs or drawn or no_png):
+            settings["png"] = Path(f"{name}.png")
+        pictures = PictureFiles.take(settings)
         from geomhw.io import WRITABLE
         from geomhw.io.locks import locked
 
         extensions = extensions or WRITABLE
-        pictures = PictureFiles.take(settings)
-        if pictures.paths and no_png:
-            raise click.UsageError(f"--{next(iter(pictures.paths))} and --no-png exclude each other.")
-        name = f"{file_stem(mesh_path)}.{command}"
-        if not outputs:
-            outputs = [Path(f"{name}{extensions[0]}")]
-            if not (pictures.paths or no_png):
-                pictures.paths = {"png": Path(f"{name}.png")}
+        outputs = outputs or [Path(f"{name}{extensions[0]}")]
         require_writable(outputs, extensions)
         pictures.require()
         others = [(path, known) for path, known in beside if path]
@@ -155,7 +155,7 @@ class Job:
             names = [str(path) for path in self.pictures.paths.values()]
             try:
                 with self.stage("render"), self.telling_written(names):
-                    with delayed():  # VTK crashes if it is interrupted
+                    with self.pictures.drawn():
                         image = picture(result, look=self.pictures.look)
                     self.pictures.write(image)
             except RenderError as error:

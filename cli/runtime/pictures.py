@@ -1,14 +1,15 @@
-"""Files of pictures: PNG with metadata, SVG and PDF; and the renderer, loaded while a method computes."""
+"""Files of pictures: PNG with metadata, SVG and PDF; and the process that draws them."""
 
 import shlex
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from geomhw_cli.runtime.memory import DRAWING, require_memory
+from geomhw_cli.runtime import renderer
 from geomhw_cli.specs.files import require_writable
 from geomhw_cli.specs.looks import take_look
 
@@ -20,6 +21,8 @@ if TYPE_CHECKING:
 COMMAND_LINE = "geomhw.command_line"
 #: Kinds of files that hold one picture.
 KINDS = ("png", "svg", "pdf")
+#: Kinds of films.
+FILMS = ("gif", "mp4")
 #: Extensions of pages for the browser.
 PAGES = (".html", ".htm")
 
@@ -36,9 +39,11 @@ class PictureFiles:
     @classmethod
     def take(cls, settings: dict[str, Any]) -> "PictureFiles":
         """Take the options of pictures out of the values of options."""
-        paths = {kind: settings.pop(kind, None) for kind in KINDS}
-        drawn = {kind: path for kind, path in paths.items() if path}
-        return cls(drawn, take_look(settings), settings.pop("dpi", None), settings.pop("html", None))
+        paths = {kind: path for kind in KINDS if (path := settings.pop(kind, None))}
+        if paths or any(settings.get(kind) for kind in FILMS):
+            click.get_current_context().call_on_close(renderer.end)
+            renderer.started()
+        return cls(paths, take_look(settings), settings.pop("dpi", None), settings.pop("html", None))
 
     def stand_as(self, read: "Result") -> None:
         """Let what points up in the format of a file that was read point up, unless the user chose otherwise."""
@@ -52,13 +57,20 @@ class PictureFiles:
         return [*self.paths.values(), *([self.page] if self.page else [])]
 
     def require(self) -> None:
-        """Check that the files can be written, and start to load the renderer in a thread."""
+        """Check that the files can be written."""
         for kind, path in self.paths.items():
             require_writable([path], [f".{kind}"])
         if self.page:
             require_writable([self.page], PAGES)
-        if self.paths:
-            load_renderer()
+
+    @contextmanager
+    def drawn(self) -> Iterator[None]:
+        """Let the process that draws draw all pictures within the block, and end it."""
+        from geomhw.render.panels import drawn_by
+
+        with drawn_by(renderer.started().opened):
+            yield
+        renderer.end()
 
     def write_page(self, frames: "Sequence[Result]", times: Sequence[float] = (0.0,), **layers: Any) -> list[str]:
         """Write the page, if there is one to write, and return its name. layers: as of `geomhw.render.page`."""
@@ -97,11 +109,3 @@ def write_page(path: Path, frames: "Sequence[Result]", times: Sequence[float] = 
 def keep_command_line(context: click.Context, arguments: list[str]) -> None:
     """Keep the command line, which pictures carry."""
     context.meta[COMMAND_LINE] = shlex.join(["geomhw", *arguments])
-
-
-def load_renderer() -> None:
-    """Start to import pyvista, while the main thread computes."""
-    from geomhw.render.offscreen import pyvista_import
-
-    require_memory(DRAWING, "drawing")
-    pyvista_import()

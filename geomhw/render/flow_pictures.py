@@ -9,8 +9,9 @@ import numpy as np
 from geomhw.arrays import Floats
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.render.layers import Arrows, Panel, Streaks, Surface
+from geomhw.render.layout import STAGE_HEIGHT
 from geomhw.render.look import AUTOMATIC, Look
-from geomhw.render.panels import STAGE_HEIGHT, Drawing, Picture
+from geomhw.render.panels import Picture, open_drawing
 from geomhw.render.view import choose_view, landmarks
 from geomhw.results import Cloud, Result
 
@@ -72,7 +73,7 @@ def flow_film(results: Sequence[Result], clouds: Sequence[Cloud] = (), look: Loo
     2
     """
     panels = _frames(results, clouds)
-    with Drawing(results[0].mesh, panels[0], look=look) as drawing:
+    with open_drawing(results[0].mesh, panels[0], look=look) as drawing:
         for each in panels:
             yield drawing(each)
 
@@ -107,7 +108,7 @@ def contact_sheet(
     view = choose_view(mesh, landmarks(mesh), look)
     tall = np.clip(1.08 / view.aspect, *STAGE_HEIGHT) + 0.1
     columns = group * int(np.clip(np.ceil(np.sqrt(len(chosen) * tall / group)), 1, len(chosen)))
-    with Drawing(mesh, panels, columns=columns, view=view, look=look, shared=group) as drawing:
+    with open_drawing(mesh, panels, columns=columns, view=view, look=look, shared=group) as drawing:
         return drawing(panels)
 
 

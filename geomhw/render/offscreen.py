@@ -7,9 +7,6 @@ VTK does, in milliseconds.
 import ctypes
 import os
 import sys
-from concurrent.futures import Future, ThreadPoolExecutor
-from functools import cache
-from typing import Any
 
 from geomhw.errors import RenderError
 
@@ -21,24 +18,11 @@ _EGL_WINDOW = "vtkEGLRenderWindow"
 _EGL_PLATFORM_DEVICE_EXT = 0x313F
 
 
-@cache
-def pyvista_import() -> "Future[Any]":
-    """Start to import pyvista in a thread, and return the future of the module."""
-    # Both threads use these: they are complete before the thread starts.
-    import scipy.sparse.linalg
+def load() -> None:
+    """Load the libraries that draw, which takes a second."""
     import scipy.spatial  # noqa: F401
-
-    worker = ThreadPoolExecutor(1)
-    future = worker.submit(_pyvista)
-    worker.shutdown(wait=False)
-    return future
-
-
-def _pyvista() -> Any:
-    import pyvista
-
-    assert pyvista.Plotter  # loads the part that draws
-    return pyvista
+    from PIL import Image, ImageDraw, ImageFont  # noqa: F401
+    from pyvista import Plotter  # noqa: F401  # at whose first use most of pyvista is loaded
 
 
 def prepare() -> None:

@@ -12,12 +12,14 @@ The one way to draw a mesh with values, lines and points is `draw`:
 (200, 3)
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from geomhw.arrays import Floats
 from geomhw.mesh.triangle_mesh import TriangleMesh
@@ -25,21 +27,28 @@ from geomhw.render import annotate
 from geomhw.render.canvas import Box, Canvas, text_width
 from geomhw.render.colors import Shades, plain_number, round_below, shade
 from geomhw.render.flow_lines import styled
-from geomhw.render.layers import Arrows, Marker, Panel, Surface
+from geomhw.render.layers import Marker, Panel, Surface
+from geomhw.render.layout import WIDE, layout_of, scaled_arrows
 from geomhw.render.look import AUTOMATIC, Look
 from geomhw.render.scene import SUPERSAMPLING, Stage
 from geomhw.render.view import View, choose_view, landmarks
-
-#: How flat and how tall the stage of a panel may get, in widths.
-STAGE_HEIGHT = (1 / 3, 16 / 15)
-#: Aspect ratio of a mesh above which panels are stacked.
-WIDE = 3.0
 
 
 class Picture(np.ndarray[Any, np.dtype[np.uint8]]):
     """Pixels, (h, w, 3), or (h, w, 4) with opacity, and the canvas with their texts and shapes."""
 
     canvas: Canvas
+
+    def __reduce__(self) -> Any:
+        """Keep the canvas, which arrays do not pickle."""
+        return _picture, (np.asarray(self), self.canvas)
+
+
+def _picture(pixels: NDArray[np.uint8], canvas: Canvas) -> Picture:
+    """Return pixels with their canvas."""
+    picture = pixels.view(Picture)
+    picture.canvas = canvas
+    return picture
 
 
 def save_vector(path: Path, picture: Picture, dpi: float = 100.0, description: str = "") -> None:
@@ -53,23 +62,6 @@ def save_vector(path: Path, picture: Picture, dpi: float = 100.0, description: s
     description : text kept in the file.
     """
     picture.canvas.save(path, dpi, description)
-
-
-@dataclass(frozen=True)
-class Layout:
-    """Heights in pixels of the parts of a panel, from top to bottom: title, stage, color bar, note."""
-
-    width: int
-    stage: int
-    text: int
-    title: int
-    bar: int
-    note: int
-
-    @property
-    def height(self) -> int:
-        """Height of the panel."""
-        return self.title + self.stage + self.bar + self.note
 
 
 class Drawing:
@@ -111,7 +103,7 @@ class Drawing:
         self.look, self.shared = look, shared
         self.columns = columns or (1 if view.aspect > WIDE else len(panels))
         rows = -(-len(panels) // self.columns)
-        whole = _layout(panels, view, size and (size[0] // self.columns, size[1] // rows), look.width)
+        whole = layout_of(panels, view, size and (size[0] // self.columns, size[1] // rows), look.width)
         self.layout = replace(whole, bar=0, note=0) if shared else whole
         self.below = whole.bar + whole.note if shared else 0
         self.size = size or (self.columns * self.layout.width, rows * self.layout.height + self.below)
@@ -134,9 +126,7 @@ class Drawing:
                 part = self.size[0] // self.shared if self.shared else layout.width
                 left = part * number if self.shared else corner[0]
                 self._legend(canvas, panel, shades, (left, top, left + part, top + 1))
-        picture = canvas.pixels().view(Picture)
-        picture.canvas = canvas
-        return picture
+        return _picture(canvas.pixels(), canvas)
 
     def __enter__(self) -> "Drawing":
         return self
@@ -213,13 +203,18 @@ class Drawing:
         note = round(1.8 * text)
         low = top + (self.below or self.layout.bar + self.layout.note)
         room = (left + 8, low - note, right - 8, low)
-        scaled = _scaled(panel)
+        scaled = scaled_arrows(panel)
         if panel.note:
             annotate.title(canvas, panel.note, room, text, theme)
         elif scaled and scaled.scale:
             value = round_below(2 * scaled.scale)
             length = value / scaled.scale * scaled.spacing * min(self.stage.size)
             annotate.arrow_key(canvas, length, plain_number(value, 2), room, text, theme, scaled.color)
+
+
+#: Draws panels, in a block.
+Opened = AbstractContextManager[Callable[[Sequence[Panel]], Picture]]
+_openers: list[Callable[..., Opened]] = [Drawing]
 
 
 def draw(
@@ -232,8 +227,33 @@ def draw(
     sources: Sequence[int] = (),
 ) -> Picture:
     """Draw one picture, (height, width, 3); the arguments are those of `Drawing`."""
-    with Drawing(mesh, panels, size, columns, view, look, sources) as drawing:
+    with open_drawing(mesh, panels, size, columns, view, look, sources) as drawing:
         return drawing(panels)
+
+
+def open_drawing(
+    mesh: TriangleMesh,
+    panels: Sequence[Panel],
+    size: tuple[int, int] | None = None,
+    columns: int | None = None,
+    view: View | None = None,
+    look: Look = AUTOMATIC,
+    sources: Sequence[int] = (),
+    shared: int = 0,
+) -> Opened:
+    """Open a drawing: a `Drawing`, or what stands for it within `drawn_by`."""
+    view = view or choose_view(mesh, landmarks(mesh, sources), look)
+    return _openers[-1](mesh, panels, size, columns, view, look, sources, shared)
+
+
+@contextmanager
+def drawn_by(opener: Callable[..., Opened]) -> Iterator[None]:
+    """Draw all pictures within the block by what a function opens, from the arguments of `Drawing`."""
+    _openers.append(opener)
+    try:
+        yield
+    finally:
+        _openers.pop()
 
 
 def _styled(panels: Sequence[Panel], look: Look) -> list[Panel]:
@@ -245,31 +265,9 @@ def _styled(panels: Sequence[Panel], look: Look) -> list[Panel]:
     ]
 
 
-def _layout(panels: Sequence[Panel], view: View, size: tuple[int, int] | None, width: int) -> Layout:
-    """Choose the heights of the parts of a panel."""
-    single = view.aspect > WIDE
-    flattest, tallest = (round(share * width) for share in STAGE_HEIGHT)
-    width = size[0] if size else width * (2 if single else 1)
-    text = max(width // 36, annotate.SMALLEST)
-    title = round(2.6 * text) if any(panel.title for panel in panels) else 0
-    bars = [panel.surface for panel in panels if panel.surface.values is not None and panel.surface.bar]
-    bars = [surface for surface in bars if np.ndim(np.asarray(surface.values)) == 1]
-    bar = round(4.6 * text) if bars else 0
-    noted = any(panel.note or _scaled(panel) for panel in panels)
-    note = round(1.8 * text) if noted else 0
-    fitting = int(np.clip(width / view.aspect * 1.08, flattest, tallest))
-    stage = max(size[1] - title - bar - note, 16) if size else fitting
-    return Layout(width, stage, text, title, bar, note)
-
-
 def _bar_label(surface: Surface, shades: Shades) -> str:
     """Return quantity, unit and spacing of isolines of a color bar."""
     parts = [surface.label] if surface.label else []
     if len(shades.levels) and shades.spacing:
         parts.append(f"isolines every {shades.spacing:.3g}")
     return ", ".join(parts)
-
-
-def _scaled(panel: Panel) -> Arrows | None:
-    """Return the arrows drawn to scale, whose key replaces the note."""
-    return next((arrows for arrows in panel.arrows if arrows.scale is not None and arrows.style == "arrows"), None)

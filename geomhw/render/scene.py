@@ -17,7 +17,6 @@ from geomhw.render import flow_lines, glyphs, texture
 from geomhw.render.arrow_places import arrow_places
 from geomhw.render.colors import Shades, shade
 from geomhw.render.layers import LIGHT, Arrows, Curves, Streaks, Surface, Theme
-from geomhw.render.offscreen import pyvista_import
 from geomhw.render.view import View, choose_view
 from geomhw.render.window import Paint, Window, isolines, smooth_surface
 
@@ -270,7 +269,8 @@ class Stage:
 
 def _part(surface: Any, which: NDArray[np.bool_]) -> Any:
     """Return the faces of a surface in a mask, with all its points."""
-    pyvista = pyvista_import().result()
+    import pyvista
+
     part = pyvista.PolyData.from_regular_faces(surface.points, surface.regular_faces[which])
     part.point_data.active_normals = surface.point_data.active_normals
     return part

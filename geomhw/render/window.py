@@ -38,7 +38,8 @@ class Window:
 
     def __init__(self, size: tuple[int, int], background: str, depth: float, samples: int) -> None:
         offscreen.prepare()
-        pyvista = offscreen.pyvista_import().result()
+        import pyvista
+
         self._depth = depth
         self._plotter = plotter = pyvista.Plotter(off_screen=True, window_size=list(size), lighting="none")
         plotter.background_color = background
@@ -78,7 +79,8 @@ class Window:
 
     def pixels(self) -> NDArray[np.uint8]:
         """Draw and return the picture, (h, w, 3), top row first."""
-        pyvista = offscreen.pyvista_import().result()
+        import pyvista
+
         # pyvista's screenshot and get_image_depth draw the picture once more each.
         window = self._plotter.render_window
         width, height = window.GetSize()
@@ -92,7 +94,8 @@ class Window:
 
         It is nan at the background.
         """
-        pyvista = offscreen.pyvista_import().result()
+        import pyvista
+
         window = self._plotter.render_window
         width, height = window.GetSize()
         read = pyvista.convert_array(np.zeros(width * height, dtype=np.float32))
@@ -102,7 +105,8 @@ class Window:
 
     def _add(self, data: Any, paint: Paint, **look: Any) -> None:
         """Add a mesh with the colors of ``paint``."""
-        pyvista = offscreen.pyvista_import().result()
+        import pyvista
+
         if paint.values is None:
             look["color"] = paint.color
         elif paint.table is None:
@@ -147,5 +151,6 @@ def isolines(surface: Any, values: Floats, levels: Floats) -> Floats:
 
 def _triangles(points: Floats, triangles: Ints) -> Any:
     """Return a pyvista surface of triangles."""
-    pyvista = offscreen.pyvista_import().result()
+    import pyvista
+
     return pyvista.PolyData.from_regular_faces(points.astype(np.float32), np.asarray(triangles))

@@ -117,13 +117,9 @@ def test_input_is_never_overwritten() -> None:
     assert Path("ball.ply").read_bytes() == before
 
 
-def test_no_opengl_loses_no_data(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.usefixtures("no_opengl")
+def test_no_opengl_loses_no_data() -> None:
     """Without OpenGL the data are written, and one line names the missing package."""
-    from geomhw.render import offscreen
-
-    monkeypatch.setattr(offscreen, "missing_opengl", lambda: "there is no OpenGL library (libEGL.so.1)")
-    monkeypatch.setattr(offscreen, "has_display", lambda: False)
-    monkeypatch.delenv("VTK_DEFAULT_OPENGL_WINDOW", raising=False)
     save_off(icosphere(1))
     answer = run("geodesic", "ball.off")
     assert answer.exit_code == 1

@@ -28,13 +28,9 @@ def test_no_mp4_without_ffmpeg(command: str, folder: Path, monkeypatch: pytest.M
 
 
 @both
-def test_no_film_without_opengl(command: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.usefixtures("no_opengl")
+def test_no_film_without_opengl(command: str, folder: Path) -> None:
     """Without OpenGL, films are refused before the run starts."""
-    from geomhw.render import offscreen
-
-    monkeypatch.setattr(offscreen, "missing_opengl", lambda: "there is no OpenGL library (libEGL.so.1)")
-    monkeypatch.setattr(offscreen, "has_display", lambda: False)
-    monkeypatch.delenv("VTK_DEFAULT_OPENGL_WINDOW", raising=False)
     one_line(run(command, "ball.off", *SHORT, "--gif", "flow.gif"), "libegl1")
     assert files(folder) == ["ball.off"]
     assert run(command, "ball.off", *SHORT, "--csv", "flow.csv", "--no-png").exit_code == 0

@@ -1,8 +1,10 @@
 """Signals at moments that are hard to hit: while the program loads, in compiled code, and at the end."""
 
+import os
 import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -12,6 +14,7 @@ from geomhw.render import panels
 from support.pictures import needs_opengl
 from support.program import contents, run, save_off
 
+PICTURE = ["geodesic", "ball.off", "-q", "-o", "a.vtk", "--png", "a.png"]
 MATRIX = ["geodesic", "ball.off", "--all-pairs", "-o", "D.npy"]
 
 
@@ -184,22 +187,30 @@ def test_at_the_end() -> None:
 
 
 DRAWING = """
-import signal
-from geomhw.render import panels
+import os, signal, threading
 from geomhw_cli.main import main
+from geomhw_cli.runtime.renderer import Renderer
 
-draw = panels.Drawing.__call__
+ask = Renderer._answer
 
-def drawn(self, each):
-    signal.raise_signal(signal.SIGHUP)
-    image = draw(self, each)
-    print("drawn", flush=True)
-    return image
+def asked(self, request):
+    print(self._process.pid, flush=True)
+    threading.Timer(0.1, os.kill, [os.getpid(), signal.{signal}]).start()
+    return ask(self, request)
 
 signal.signal(signal.SIGHUP, signal.SIG_DFL)
-panels.Drawing.__call__ = drawn
+Renderer._answer = asked
 main()
 """
+
+
+def is_there(process: int) -> bool:
+    """Whether a process runs."""
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    return True
 
 
 @needs_opengl
@@ -208,11 +219,34 @@ main()
     ["geodesic ball.off -q -o a.vtk --png a.png", "advect ball.off -q --steps 2 --every 1 -o a.pvd --gif a.gif"],
 )
 def test_drawing(command: str) -> None:
-    """A signal while a picture is drawn takes effect after it; an interrupted VTK may crash."""
-    answer = answer_of(DRAWING, *command.split())
-    assert (answer.returncode, answer.stdout) == (128 + signal.SIGHUP, "drawn\n"), answer.stderr
+    """A signal while a picture is drawn ends the run and the process that draws."""
+    answer = answer_of(DRAWING.replace("{signal}", "SIGHUP"), *command.split())
+    assert answer.returncode == 128 + signal.SIGHUP, answer.stderr
     assert "is written, a." in answer.stderr
     assert not Path(command.split()[-1]).exists()
+    assert not is_there(int(answer.stdout.split()[0]))
+
+
+def test_a_killed_run() -> None:
+    """The process that draws ends by itself after a run that cannot end it."""
+    answer = answer_of(DRAWING.replace("{signal}", "SIGKILL"), *PICTURE)
+    assert answer.returncode == -signal.SIGKILL
+    limit = time.monotonic() + 30
+    while is_there(int(answer.stdout)) and time.monotonic() < limit:
+        time.sleep(0.1)
+    assert not is_there(int(answer.stdout))
+
+
+def test_ctrl_c() -> None:
+    """Ctrl-C reaches the process that draws, too, which leaves it to the run."""
+    command = [sys.executable, "-m", "geomhw_cli", *PICTURE]
+    pipe = subprocess.PIPE
+    with subprocess.Popen(command, stdout=pipe, stderr=pipe, text=True, start_new_session=True) as process:
+        time.sleep(0.6)  # loads
+        os.killpg(process.pid, signal.SIGINT)
+        out, err = process.communicate(timeout=60)
+    assert (process.returncode, out) == (128 + signal.SIGINT, "")
+    assert err.strip() == "Error: interrupted"
 
 
 @needs_opengl
