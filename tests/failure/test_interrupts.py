@@ -237,13 +237,28 @@ def test_a_killed_run() -> None:
     assert not is_there(int(answer.stdout))
 
 
+CTRL_C = """
+import os, signal, time
+from geomhw_cli.main import main
+from geomhw_cli.runtime.renderer import Renderer
+
+start = Renderer.__init__
+
+def started(self):
+    start(self)
+    time.sleep(0.6)  # the process loads
+    os.killpg(0, signal.SIGINT)
+
+Renderer.__init__ = started
+main()
+"""
+
+
 def test_ctrl_c() -> None:
     """Ctrl-C reaches the process that draws, too, which leaves it to the run."""
-    command = [sys.executable, "-m", "geomhw_cli", *PICTURE]
     pipe = subprocess.PIPE
+    command = [sys.executable, "-c", CTRL_C, *PICTURE]
     with subprocess.Popen(command, stdout=pipe, stderr=pipe, text=True, start_new_session=True) as process:
-        time.sleep(0.6)  # loads
-        os.killpg(process.pid, signal.SIGINT)
         out, err = process.communicate(timeout=60)
     assert (process.returncode, out) == (128 + signal.SIGINT, "")
     assert err.strip() == "Error: interrupted"
