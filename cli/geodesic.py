@@ -14,7 +14,7 @@ from geomhw_cli.runtime.dask_cluster import SCHEDULER
 from geomhw_cli.runtime.distance_batch import compute_distances
 from geomhw_cli.runtime.distance_runs import exact_distances, heat_distances
 from geomhw_cli.runtime.job import Job
-from geomhw_cli.runtime.pictures import KINDS
+from geomhw_cli.runtime.picture_kinds import KINDS
 from geomhw_cli.specs.distance_methods import DistanceMethod
 from geomhw_cli.specs.files import Spec
 from geomhw_cli.specs.label_tables import LabelTable

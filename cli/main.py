@@ -5,11 +5,12 @@ import os
 import sys
 
 from geomhw_cli.runtime import interrupts
+from geomhw_cli.runtime.picture_kinds import FILMS, KINDS
 
 #: Environment variables from which linear algebra libraries read their number of threads when they are loaded.
 BLAS_THREADS = [f"{name}_NUM_THREADS" for name in ("OPENBLAS", "MKL", "BLIS", "OMP")] + ["VECLIB_MAXIMUM_THREADS"]
 #: Options that ask for a picture or a film.
-PICTURES = {"--png", "--svg", "--pdf", "--gif", "--mp4"}
+PICTURES = {f"--{kind}" for kind in (*KINDS, *FILMS)}
 #: Words with which they do not, or not in this process.
 DRAWING_NOTHING = {"batch", "--estimate", "-h", "--help"}
 TYPE_CHECKING = False  # typing takes a while to load, in which a signal would end in a traceback
@@ -20,8 +21,7 @@ if TYPE_CHECKING:
 def main() -> "NoReturn":
     """Run the program and end the process.
 
-    After an interrupt the process ends without the interpreter's clean-up, which may crash in a thread that is loading
-    or drawing.
+    After an interrupt the process ends without the interpreter's clean-up, which may crash in a thread that still works.
     """
     try:
         interrupts.install()

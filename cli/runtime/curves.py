@@ -10,7 +10,7 @@ import click
 from geomhw.errors import FormatError
 from geomhw.wording import counted
 from geomhw_cli.runtime.job import Job
-from geomhw_cli.runtime.pictures import KINDS
+from geomhw_cli.runtime.picture_kinds import KINDS
 from geomhw_cli.specs.shards import ShardPart
 
 if TYPE_CHECKING:

@@ -14,7 +14,8 @@ from geomhw.errors import RenderError
 from geomhw_cli.runtime.background_writer import BackgroundWriter
 from geomhw_cli.runtime.interrupts import restored
 from geomhw_cli.runtime.job import Job
-from geomhw_cli.runtime.pictures import FILMS, KINDS, PictureFiles
+from geomhw_cli.runtime.picture_kinds import FILMS, KINDS
+from geomhw_cli.runtime.pictures import PictureFiles
 from geomhw_cli.specs.files import file_stem, inputs, require_writable
 
 if TYPE_CHECKING:

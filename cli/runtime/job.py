@@ -14,7 +14,8 @@ from geomhw.errors import RenderError
 from geomhw.stages import Stages
 from geomhw.wording import counted
 from geomhw_cli.runtime.interrupts import restored
-from geomhw_cli.runtime.pictures import KINDS, PictureFiles
+from geomhw_cli.runtime.picture_kinds import KINDS
+from geomhw_cli.runtime.pictures import PictureFiles
 from geomhw_cli.specs.files import STANDARD, file_stem, read_input, require_writable, write_outputs
 
 if TYPE_CHECKING:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from geomhw_cli.runtime import renderer
+from geomhw_cli.runtime.picture_kinds import FILMS, KINDS
 from geomhw_cli.specs.files import require_writable
 from geomhw_cli.specs.looks import take_look
 
@@ -19,10 +20,6 @@ if TYPE_CHECKING:
     from geomhw.results import Result
 
 COMMAND_LINE = "geomhw.command_line"
-#: Kinds of files that hold one picture.
-KINDS = ("png", "svg", "pdf")
-#: Kinds of films.
-FILMS = ("gif", "mp4")
 #: Extensions of pages for the browser.
 PAGES = (".html", ".htm")
 

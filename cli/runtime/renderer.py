@@ -51,9 +51,9 @@ class Renderer:
                     pipe.close()
 
     @contextmanager
-    def opened(self, *drawing: Any) -> "Iterator[Callable[[Sequence[Panel]], Picture]]":
+    def opened(self, *arguments: Any, **options: Any) -> "Iterator[Callable[[Sequence[Panel]], Picture]]":
         """Open a drawing for pictures of its panels; the arguments are those of `Drawing`."""
-        opening: tuple[Any, ...] | None = drawing
+        opening: tuple[Any, Any] | None = arguments, options
 
         def drawn(panels: "Sequence[Panel]") -> "Picture":
             nonlocal opening
@@ -147,7 +147,8 @@ def serve() -> None:
 
                 if drawing:
                     drawing.__exit__()
-                drawing = Drawing(*opening)
+                arguments, options = opening
+                drawing = Drawing(*arguments, **options)
             answer = drawing(panels), ""
         except Exception as error:
             answer = error, traceback.format_exc()

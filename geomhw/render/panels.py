@@ -227,23 +227,14 @@ def draw(
     sources: Sequence[int] = (),
 ) -> Picture:
     """Draw one picture, (height, width, 3); the arguments are those of `Drawing`."""
-    with open_drawing(mesh, panels, size, columns, view, look, sources) as drawing:
+    options: dict[str, Any] = {"size": size, "columns": columns, "view": view, "look": look, "sources": sources}
+    with open_drawing(mesh, panels, **options) as drawing:
         return drawing(panels)
 
 
-def open_drawing(
-    mesh: TriangleMesh,
-    panels: Sequence[Panel],
-    size: tuple[int, int] | None = None,
-    columns: int | None = None,
-    view: View | None = None,
-    look: Look = AUTOMATIC,
-    sources: Sequence[int] = (),
-    shared: int = 0,
-) -> Opened:
-    """Open a drawing: a `Drawing`, or what stands for it within `drawn_by`."""
-    view = view or choose_view(mesh, landmarks(mesh, sources), look)
-    return _openers[-1](mesh, panels, size, columns, view, look, sources, shared)
+def open_drawing(mesh: TriangleMesh, panels: Sequence[Panel], **options: Any) -> Opened:
+    """Open a drawing: a `Drawing`, whose arguments these are, or what stands for it within `drawn_by`."""
+    return _openers[-1](mesh, panels, **options)
 
 
 @contextmanager
