@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 def main() -> "NoReturn":
     """Run the program and end the process.
 
-    After an interrupt the process ends without the interpreter's clean-up, which may crash in a thread that still works.
+    After an interrupt the process ends without the interpreter's clean-up, which may crash in a working thread.
     """
     try:
         interrupts.install()
