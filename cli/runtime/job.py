@@ -181,6 +181,8 @@ class Job:
 
     def finish(self, mesh: "TriangleMesh", answers: Mapping[str, Any], lines: Sequence[str]) -> None:
         """Print the report: mesh, answers, files and times as JSON, or the mesh, these lines and the files."""
+        if self.quiet:
+            return
         from geomhw.mesh import mesh_summary
 
         lines = [*lines, *self.remarks, *self._remarks(mesh)]
@@ -193,8 +195,6 @@ class Job:
             "files": self.written,
             "seconds": self.stages.seconds,
         }
-        if self.quiet:
-            return
         if self.as_json:
             print_json(report, self.outputs)
         else:

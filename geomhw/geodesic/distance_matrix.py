@@ -4,9 +4,9 @@ from concurrent.futures import ThreadPoolExecutor
 from math import inf
 from os import cpu_count
 from queue import SimpleQueue
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.sparse import csr_array
 
 from geomhw.arrays import Floats, Ints
 from geomhw.compiled import compiled_in_place
@@ -14,6 +14,9 @@ from geomhw.geodesic.front import TOUCHED, Extent, Front, empty_front, reset, st
 from geomhw.geodesic.unfolded_faces import Surface
 from geomhw.geodesic.window_propagation import propagate
 from geomhw.mesh.triangle_mesh import TriangleMesh
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
 
 #: Sources of a task of a thread.
 TASK = 64
@@ -114,8 +117,10 @@ def _fill(
     return done, end
 
 
-def symmetric_matrix(rows: Ints, columns: Ints, values: Floats, n: int) -> csr_array:
+def symmetric_matrix(rows: Ints, columns: Ints, values: Floats, n: int) -> "csr_array":
     """Return a symmetric matrix from one of each two equal entries; stored zeros stay."""
+    from scipy.sparse import csr_array
+
     starts = np.append(
         0, np.cumsum(np.bincount(rows, minlength=n) + np.bincount(columns[rows != columns], minlength=n))
     )

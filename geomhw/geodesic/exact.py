@@ -5,10 +5,9 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from math import inf
 from os import cpu_count
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from scipy.sparse import csr_array
 
 from geomhw.arrays import Floats, Ints
 from geomhw.errors import ArgumentError
@@ -21,6 +20,9 @@ from geomhw.mesh.named_points import vertex_points
 from geomhw.mesh.surface_points import SurfacePoints
 from geomhw.mesh.triangle_mesh import TriangleMesh
 from geomhw.results import Field, Result
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
 
 #: Distances, and places on an edge, that agree up to this share are equal.
 EQUAL = 1e-12
@@ -205,7 +207,7 @@ class ExactDistance:
             list(threads.map(compute, range(len(queries))))
         return rows
 
-    def matrix(self, limit: float = inf) -> csr_array:
+    def matrix(self, limit: float = inf) -> "csr_array":
         """Return the distances between all vertices at most a limit apart.
 
         Returns
