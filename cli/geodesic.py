@@ -76,8 +76,8 @@ from geomhw_cli.specs.sources import SourceSpecs
             "--to",
             "SPEC",
             str,
-            "Vertices whose distances are wanted, written as in --source. Larger distances than theirs are inf and "
-            "take no time. For --method exact.",
+            "Vertices whose distances are wanted, written as in --source: the columns of a matrix, in this order. With "
+            "--method exact, larger distances than theirs take no time, and without a matrix they are inf.",
             multiple=True,
             callback=lambda _context, _option, texts: SourceSpecs.parse(texts),
         ),
@@ -195,16 +195,17 @@ def geodesic(
 
         distances_over_ranks(mesh_path, sources, method["time"], method["bound"], files["outputs"], report)
         return
-    chosen = DistanceMethod.parse(method_name, method, limit)
     labeled = LabelTable.parse(labels, table, all_pairs)
-    others = {"--source": sources.specs, "--to": to.specs, **{f"--{kind}": files[kind] for kind in KINDS}}
-    if labeled and single:
-        raise click.UsageError("--single and --labels exclude each other.")
-    queries = DistanceQueries.parse(all_pairs, pairs, source_file, single, others)
-    ends, is_dense = [path.suffix.lower() for path in files["outputs"]], single or beyond != inf
+    others = {"--source": sources.specs, **{f"--{kind}": files[kind] for kind in KINDS}}
+    for name, value in {"--single": single, "--to": to.specs}.items():
+        if labeled and value:
+            raise click.UsageError(f"{name} and --labels exclude each other.")
+    queries = DistanceQueries.parse(all_pairs, pairs, source_file, to if to.specs else None, single, others)
+    chosen = DistanceMethod.parse(method_name, method, limit, has_columns=bool(queries))
+    ends, is_dense = [path.suffix.lower() for path in files["outputs"]], single or beyond != inf or bool(to.specs)
     may_be_sparse = all_pairs and not labeled and ends in ([".npz"], [".shard"])
     if may_be_sparse and is_dense and ends == [".npz"]:
-        raise click.UsageError("--single and --beyond are not for sparse matrices; give -o D.npy.")
+        raise click.UsageError("--single, --beyond and --to are not for sparse matrices; give -o D.npy.")
     is_sparse = limit is not None and may_be_sparse and not is_dense
     if (shard or scheduler) and not queries:
         raise click.UsageError("--shard and --scheduler are for --all-pairs, --pairs and --sources.")

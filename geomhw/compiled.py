@@ -8,6 +8,7 @@ from typing import Any, TypeVar
 from numba import njit
 from numba.core import event
 from numba.core.caching import FunctionCache
+from numba.core.runtime import rtsys
 
 F = TypeVar("F", bound=Callable[..., Any])
 #: Seconds of compilation after which it is logged.
@@ -24,6 +25,7 @@ def compiled(function: F, **options: Any) -> F:
     loop = njit(nogil=True, error_model="numpy", **options)(function)
     try:
         loop._cache = _MachineCode(function)
+        loop._cache.allocates = options.get("_nrt", True)
     except RuntimeError:  # no cache folder can be written
         pass
     return loop
@@ -46,10 +48,17 @@ def compiled_inline(function: F) -> F:
 
 
 class _MachineCode(FunctionCache):  # type: ignore[misc]
-    """Cached machine code, loaded without the declarations that only compiling needs: they take 0.2 s."""
+    """Cached machine code, loaded without the declarations that only compiling needs: they take 0.2 s.
+
+    allocates: whether the loop allocates memory.
+    """
+
+    allocates = True
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """Return the code for arguments of some types; None if there is none, and numba compiles it."""
+        if self.allocates:
+            rtsys.initialize(target_context)
         with self._guard_against_spurious_io_errors():
             return self._load_overload(sig, target_context)
 

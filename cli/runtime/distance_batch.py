@@ -75,7 +75,7 @@ def compute_distances(
     problem = _Problem(mesh, batch, method)
     with job.stage("set up"):
         solver = problem.solver if not scheduler else method.solver(mesh)
-    run = _identity(mesh, queries, dtype, method, beyond, table)
+    run = _identity(mesh, queries, resolved, dtype, method, beyond, table)
     unfinished = _open_unfinished(job, run | shard.report(), batch.shape(mesh, batch.first, batch.last), dtype)
     resumed = unfinished.done
     with unfinished:
@@ -218,6 +218,7 @@ def _on_worker(
 def _identity(
     mesh: "TriangleMesh",
     queries: DistanceQueries,
+    resolved: ResolvedQueries,
     dtype: str,
     method: DistanceMethod,
     beyond: float,
@@ -228,7 +229,7 @@ def _identity(
 
     run = {"version": __version__, "mesh": mesh.digest, "question": queries.option, "sources": queries.digest}
     run |= {"precision": dtype} | method.report() | ({"beyond": str(beyond)} if beyond != inf else {})
-    return run | (table.report() if table else {})
+    return run | resolved.report() | (table.report() if table else {})
 
 
 def _finish(

@@ -39,7 +39,7 @@ def exact_distances(
     with job.stage("connectivity"):
         solver = ExactDistance(part.mesh)
     with job.stage("compute"):
-        result = part.expand(solver.from_sources(points, limit, targets))
+        result = part.expand(solver.from_sources(points, limit, part.vertices(targets)))
     _write(job, result, beyond, ("distance",))
     answers = result.report
     lines = [source_line(answers["sources"])]

@@ -47,7 +47,7 @@ def compute_matrix(job: Job, limit: float, mask: MaskSpec | None, shard: ShardPa
             about = {"shape": [n, n], "stored": stored, **statistics}
             write_shard(job.outputs[0], run, shard.number, shard.of, "sparse", about, lambda: [_entries(*found)])
         else:
-            write_matrix(job.outputs[0], symmetric_matrix(*found, n))
+            write_matrix(job.outputs[0], symmetric_matrix(*found, n), compress=False)
     job.written.append(str(job.outputs[0]))
     report = {"question": "all-pairs", "queries": n, **shard.report(), "shape": [n, n], "stored": stored}
     lines = [f"sources: {n}", *shard.lines(), f"stored: {stored} distances within {limit:g}"]
@@ -92,7 +92,7 @@ def join_sparse(shards: "Sequence[Shard]", path: Path) -> None:
             order = np.lexsort((indices[span], np.repeat(np.arange(last - first), counts[first:last])))
             indices[span], data[span] = indices[span][order], data[span][order]
             first = last
-        write_matrix(path, csr_array((data, indices, starts), shape=(n, n)))
+        write_matrix(path, csr_array((data, indices, starts), shape=(n, n)), compress=False)
         del indices, data
 
 

@@ -29,10 +29,16 @@ class DistanceMethod:
     settings: dict[str, Any]
 
     @classmethod
-    def parse(cls, name: DistanceMethodName, heat: dict[str, Any], limit: float | None) -> "DistanceMethod":
-        """Read the options of the current command. Raises UsageError for an option of the other method."""
+    def parse(
+        cls, name: DistanceMethodName, heat: dict[str, Any], limit: float | None, has_columns: bool
+    ) -> "DistanceMethod":
+        """Read the options of the current command. Raises UsageError for an option of the other method.
+
+        has_columns: whether ``--to`` selects columns of a matrix, which both methods allow.
+        """
         other, options = ("heat", HEAT_OPTIONS) if name == "exact" else ("exact", EXACT_OPTIONS)
-        if given := next((option for option in options if is_given(option)), None):
+        allowed = "to" if has_columns else None
+        if given := next((option for option in options if option != allowed and is_given(option)), None):
             raise click.UsageError(f"--{given} is for --method {other}.")
         return cls(name, heat if name == "heat" else {"limit": inf if limit is None else limit})
 

@@ -1,5 +1,6 @@
 """Parts of a mesh as written on the command line: ``FILE:ARRAY`` or ``@FILE`` of a mask, within which paths stay."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -92,6 +93,13 @@ class MeshPart:
             raise FieldError(f"a curve passes face {segments[lost.argmax(), 2]}, which is outside of the mask")
         segments[:, 2] = inner
         return replace(points, faces=np.where(at_vertex, -1, place), segments=segments)
+
+    def vertices(self, vertices: "Sequence[int]") -> list[int]:
+        """Those of some vertices of the whole mesh that have faces in the part, ascending."""
+        import numpy as np
+
+        inside: list[int] = np.setdiff1d(vertices, self.mesh.unreferenced_vertices).astype(int).tolist()
+        return inside
 
     def expand(self, result: "Result") -> "Result":
         """Return a result on the part as one on the whole mesh, with zeros on the other faces."""

@@ -20,15 +20,26 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class DistanceQueries:
-    """Queries as written on the command line. option: ``--all-pairs``, ``--pairs`` or ``--sources``."""
+    """Queries as written on the command line.
+
+    option: ``--all-pairs``, ``--pairs`` or ``--sources``. to: the vertices to which distances are wanted, by default
+    all.
+    """
 
     option: str
     sets: Sequence[SourceSpecs] = ()
     pairs: Sequence[SourcePair] = ()
+    to: SourceSpecs | None = None
 
     @classmethod
     def parse(
-        cls, all_pairs: bool, pairs: Path | None, source_file: Path | None, single: bool, others: Mapping[str, Any]
+        cls,
+        all_pairs: bool,
+        pairs: Path | None,
+        source_file: Path | None,
+        to: SourceSpecs | None,
+        single: bool,
+        others: Mapping[str, Any],
     ) -> "DistanceQueries | None":
         """Read the queries of the three options; None if there are none.
 
@@ -45,10 +56,10 @@ class DistanceQueries:
         if excluded := next((name for name, value in others.items() if value), None):
             raise click.UsageError(f"{excluded} and {option} exclude each other.")
         if pairs:
+            if to:
+                raise click.UsageError(f"--to and {option} exclude each other.")
             return cls(option, pairs=source_pairs(pairs))
-        if source_file:
-            return cls(option, sets=source_lines(source_file))
-        return cls(option)
+        return cls(option, sets=source_lines(source_file) if source_file else (), to=to)
 
     @property
     def is_pairs(self) -> bool:
@@ -68,6 +79,8 @@ class DistanceQueries:
 
     def resolve(self, mesh: "TriangleMesh") -> "ResolvedQueries":
         """Find the points on a mesh. Raises FieldError for a point that the mesh does not have."""
+        import numpy as np
+
         found: list[str] = []
         if self.is_pairs:
             resolved = _group_by_source(mesh, self.pairs, found)
@@ -75,6 +88,8 @@ class DistanceQueries:
             resolved = ResolvedQueries(len(self.sets), [specs.resolve(mesh, found) for specs in self.sets])
         else:
             resolved = ResolvedQueries(mesh.n_vertices)
+        if self.to:
+            resolved.columns = np.array(self.to.vertices(mesh), dtype=np.int64)
         resolved.remarks = shortened_remarks(found)
         return resolved
 
@@ -94,19 +109,27 @@ def _digest(values: Any) -> str:
 class ResolvedQueries:
     """``count`` sets of sources on a mesh, by default each vertex.
 
-    targets: for each set, the vertices to which distances are wanted, by default all. lines: the lines of the file
-    that these stand in, for all sets in order. remarks: of `SourceSpecs.resolve`.
+    targets: for each set, the vertices to which distances are wanted. lines: the lines of the file that these stand
+    in, for all sets in order. columns: without targets, the vertices to which distances are wanted, by default all.
+    remarks: of `SourceSpecs.resolve`.
     """
 
     count: int
     sets: "Sequence[SurfacePoints] | None" = None
     targets: "Sequence[Ints] | None" = None
     lines: "Ints | None" = None
+    columns: "Ints | None" = None
     remarks: Sequence[str] = ()
 
+    def report(self) -> dict[str, str]:
+        """Return what identifies the columns in the record of a resumable run."""
+        return {} if self.columns is None else {"to": _digest(self.columns.tolist())}
+
     def shape(self, mesh: "TriangleMesh", first: int, last: int) -> tuple[int, ...]:
-        """Shape of the distances from the sets ``first`` to ``last`` - 1: (sets, n), or (pairs,)."""
-        return (last - first, mesh.n_vertices) if self.lines is None else (len(self.lines_of(first, last)),)
+        """Shape of the distances from the sets ``first`` to ``last`` - 1: (sets, columns), or (pairs,)."""
+        if self.lines is not None:
+            return (len(self.lines_of(first, last)),)
+        return last - first, mesh.n_vertices if self.columns is None else len(self.columns)
 
     def lines_of(self, first: int, last: int) -> "Ints":
         """The lines of the file that the distances from these sets stand in."""
@@ -132,17 +155,29 @@ class ResolvedQueries:
 
         from geomhw.mesh.named_points import vertex_points
 
+        wanted = self._wanted(mesh, first, last)
         if self.sets is not None:
-            rows = rows_of(self.sets[first:last], self.targets and self.targets[first:last])
+            rows = rows_of(self.sets[first:last], wanted)
         else:
             # A vertex without faces reaches only itself.
             rows = np.full((last - first, mesh.n_vertices), np.inf)
             rows[np.arange(last - first), np.arange(first, last)] = 0.0
-            used = np.setdiff1d(np.arange(first, last), mesh.unreferenced_vertices)
-            rows[used - first] = rows_of([vertex_points(mesh, [v]) for v in used.tolist()], None)
+            used = np.setdiff1d(np.arange(first, last), mesh.unreferenced_vertices) - first
+            sources = [vertex_points(mesh, [v]) for v in (used + first).tolist()]
+            rows[used] = rows_of(sources, wanted and [wanted[k] for k in used])
         if self.targets is None:
-            return rows
+            return rows if self.columns is None else np.ascontiguousarray(rows[:, self.columns])
         return np.concatenate([row[to] for row, to in zip(rows, self.targets[first:last], strict=True)])
+
+    def _wanted(self, mesh: "TriangleMesh", first: int, last: int) -> "Sequence[Ints] | None":
+        """The vertices with faces to which distances from each of some sets are wanted; None for all."""
+        import numpy as np
+
+        if self.targets is not None:
+            return [np.setdiff1d(targets, mesh.unreferenced_vertices) for targets in self.targets[first:last]]
+        if self.columns is not None:
+            return [np.setdiff1d(self.columns, mesh.unreferenced_vertices)] * (last - first)
+        return None
 
 
 def _group_by_source(mesh: "TriangleMesh", pairs: Sequence[SourcePair], remarks: list[str]) -> ResolvedQueries:

@@ -1,10 +1,13 @@
 """Compiled loops without a cache folder, and the notice of a long compilation."""
 
 import logging
+import os
+import subprocess
+import sys
 import time
+from pathlib import Path
 from typing import Any
 
-import numba
 import numpy as np
 import pytest
 
@@ -15,12 +18,10 @@ from geomhw.compiled import compiled
 def test_no_cache_folder(monkeypatch: pytest.MonkeyPatch) -> None:
     """Where no cache folder can be written, loops are compiled without a cache."""
 
-    def njit(cache: bool = False, **options: Any) -> Any:
-        if cache:
-            raise RuntimeError("cannot cache function: no locator available")
-        return numba.njit(**options)
+    def no_folder(function: Any) -> Any:
+        raise RuntimeError("cannot cache function: no locator available")
 
-    monkeypatch.setattr(module, "njit", njit)
+    monkeypatch.setattr(module, "_MachineCode", no_folder)
 
     @compiled
     def total(values: np.ndarray) -> float:
@@ -30,6 +31,41 @@ def test_no_cache_folder(monkeypatch: pytest.MonkeyPatch) -> None:
         return s
 
     assert total(np.arange(4.0)) == 6.0
+
+
+LOOPS = """
+import sys
+import numpy as np
+from geomhw.compiled import compiled, compiled_in_place
+
+@compiled
+def doubled(values):
+    copy = np.empty(len(values))
+    for k in range(len(values)):
+        copy[k] = 2 * np.exp(values[k])
+    return copy
+
+@compiled_in_place
+def double(values):
+    for k in range(len(values)):
+        values[k] = 2 * np.exp(values[k])
+
+values = np.arange(5.0)
+copy = doubled(values)
+double(values)
+assert (copy == values).all() and (values == 2 * np.exp(np.arange(5))).all()
+print("numba.np.npyimpl" in sys.modules)
+"""
+
+
+def test_cached_code_is_loaded_alone(tmp_path: Path) -> None:
+    """The first process compiles; the next one loads machine code without numba's declarations; both compute."""
+    script = tmp_path / "loops.py"
+    script.write_text(LOOPS)
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "cache")}
+    for loaded in ("True", "False"):
+        run = subprocess.run([sys.executable, script], env=environment, capture_output=True, text=True, check=True)
+        assert run.stdout.strip() == loaded
 
 
 @pytest.mark.parametrize(("seconds", "lines"), [(0.0, 0), (0.5, 1)])
