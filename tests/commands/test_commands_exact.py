@@ -135,7 +135,6 @@ def test_pairs_and_sets() -> None:
         (["--method", "fast"], ["heat", "exact"]),
         (["--limit", "3"], ["--limit", "--method exact"]),
         (["--to", "3"], ["--to", "--method exact"]),
-        (["--method", "exact", "--to", "3", "--all-pairs"], ["--to", "--all-pairs"]),
         (["--all-pairs", "--method", "exact", "-o", "D.npz"], [".npy"]),
     ],
 )
