@@ -12,7 +12,7 @@ from geomhw_cli.options import INPUT, Choice, Choices, OptionGroup, choice, comm
 from geomhw_cli.output_options import VECTOR_FILES
 from geomhw_cli.runtime.dask_cluster import SCHEDULER
 from geomhw_cli.runtime.distance_batch import compute_distances
-from geomhw_cli.runtime.distance_runs import exact_distances, heat_distances
+from geomhw_cli.runtime.distance_runs import front_distances, heat_distances
 from geomhw_cli.runtime.job import Job
 from geomhw_cli.runtime.picture_kinds import KINDS
 from geomhw_cli.specs.distance_methods import DistanceMethod
@@ -56,13 +56,14 @@ from geomhw_cli.specs.sources import SourceSpecs
         choice(
             "--method method_name",
             DistanceMethodName,
-            "heat: the heat method. exact: the shortest paths on the triangles, exact up to rounding, on any mesh.",
+            "heat: the heat method. exact: the shortest paths on the triangles, exact up to rounding, on any mesh. "
+            "fast-marching: these within 0.2 % on average, in less time than any other method.",
         ),
         option(
             "--limit",
             "R",
             Number(SMALLEST, LARGEST, or_zero=True),
-            "Largest distance; larger ones are inf and take no time. For --method exact.",
+            "Largest distance; larger ones are inf and take no time. For --method exact and fast-marching.",
         ),
         option(
             "--mask",
@@ -77,7 +78,8 @@ from geomhw_cli.specs.sources import SourceSpecs
             "SPEC",
             str,
             "Vertices whose distances are wanted, written as in --source: the columns of a matrix, in this order. With "
-            "--method exact, larger distances than theirs take no time, and without a matrix they are inf.",
+            "--method exact and fast-marching, larger distances than theirs take no time; without a matrix they are "
+            "inf.",
             multiple=True,
             callback=lambda _context, _option, texts: SourceSpecs.parse(texts),
         ),
@@ -170,7 +172,7 @@ def geodesic(
 
     The error of the heat method is a few percent, and largest near the source. The report compares the distances with
     exact ones at the 50,000 vertices nearest to the source, except with -q. --refine makes them exact. --method exact
-    writes the array distance only.
+    and fast-marching write the array distance only.
 
     With --robust, arrays per vertex are computed on the intrinsic Delaunay triangulation. Arrays per face are computed
     from u on the faces of MESH, and are zero on faces of zero area.
@@ -226,14 +228,14 @@ def geodesic(
                 raise click.UsageError("--scheduler is not for sparse matrices, which use all cores; give --shard.")
             from geomhw_cli.runtime.sparse_distances import compute_matrix
 
-            compute_matrix(job, limit, mask, shard or WHOLE)
+            compute_matrix(job, chosen, mask, shard or WHOLE)
         else:
             compute_distances(
                 job, queries, "<f4" if single else "<f8", chosen, beyond, mask, labeled, shard or WHOLE, scheduler
             )
         return
     job = Job.plan("geodesic", mesh_path, **files, **report)
-    if chosen.name == "exact":
-        exact_distances(job, mask, sources, to, chosen.settings["limit"], beyond, panels)
-    else:
+    if chosen.name == "heat":
         heat_distances(job, mask, sources, chosen, beyond, panels)
+    else:
+        front_distances(job, mask, sources, to, chosen, beyond, panels)

@@ -24,8 +24,8 @@ OverlapName = Literal["allow", "closest", "exclude"]
 ShellName = Literal["bash", "zsh", "fish"]
 #: How ``sample`` spreads points over a surface.
 SampleMethod = Literal["farthest", "poisson"]
-#: How geodesic distances are computed: by the heat method, or exactly on the polyhedral surface.
-DistanceMethodName = Literal["heat", "exact"]
+#: How geodesic distances are computed: by the heat method, exactly on the polyhedral surface, or nearly so and faster.
+DistanceMethodName = Literal["heat", "exact", "fast-marching"]
 #: What computes distances: this process, or PETSc on the ranks that mpirun starts.
 EngineName = Literal["embedded", "petsc"]
 #: What a table of distances between labels contains, over the pairs of their vertices.

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 from geomhw.wording import counted
 
 if TYPE_CHECKING:
-    from geomhw.geodesic.heat_method import HeatDistance
-    from geomhw_cli.specs.queries import ResolvedQueries
+    from geomhw.mesh.triangle_mesh import TriangleMesh
+    from geomhw_cli.specs.queries import ResolvedQueries, Rows
 
 #: Mean and largest relative errors of distances from which the report warns.
 MEAN_WARNED, LARGEST_WARNED = 0.05, 0.1
@@ -26,7 +26,8 @@ def accuracy_lines(answers: Mapping[str, Any]) -> list[str]:
         text = f"{accuracy['mean']:.2%} off on average{where}, {accuracy['largest']:.1%} at vertex {accuracy['vertex']}"
         text += f" from {_named(accuracy['of_sources'])}" if "sets" in accuracy else ""
         off = accuracy["mean"] > MEAN_WARNED or accuracy["largest"] > LARGEST_WARNED
-        lines.append(f"warning: distances are {text}; --refine makes them exact" if off else f"accuracy: {text}")
+        remedy = "--refine makes them exact" if "refined" in answers else "--method exact computes them exactly"
+        lines.append(f"warning: distances are {text}; {remedy}" if off else f"accuracy: {text}")
     if cold := answers.get("non_positive_heat"):
         where = counted(cold, "vertex", "vertices")
         lines.append(f"warning: heat is not positive at {where}, because of obtuse faces; compute with --robust")
@@ -46,21 +47,18 @@ def _named(sources: list[Any]) -> str:
     return str(sources[0]) if len(sources) == 1 and isinstance(sources[0], int) else counted(len(sources), "point")
 
 
-def sampled_errors(solver: "HeatDistance", resolved: "ResolvedQueries", refined: bool) -> dict[str, Any]:
+def sampled_errors(mesh: "TriangleMesh", rows: "Rows", resolved: "ResolvedQueries") -> dict[str, Any]:
     """The errors of the distances from a few sets of sources, evenly spread over all sets."""
     import numpy as np
 
     from geomhw.geodesic.accuracy import distance_errors
     from geomhw.mesh.named_points import vertex_points
 
-    if refined:
-        return {"exact": True}
-    mesh = solver.mesh
     used = np.unique(mesh.faces)
     count = len(resolved.sets) if resolved.sets else len(used)
     chosen = np.unique(np.linspace(0, count - 1, _COMPARED_SETS).astype(int)).tolist()
     sets = [resolved.sets[k] if resolved.sets else vertex_points(mesh, used[[k]]) for k in chosen]
-    found = [distance_errors(mesh, points, row) for points, row in zip(sets, solver.rows(sets), strict=True)]
+    found = [distance_errors(mesh, points, row) for points, row in zip(sets, rows(sets, None), strict=True)]
     compared = sum(errors["vertices"] for errors in found if errors)
     if not compared:
         return {"exact": False}

@@ -59,7 +59,7 @@ def compute_distances(
     scheduler: of Dask, on whose workers to compute. Blocks depend on the mesh alone, so that a resumed run, shards and
     workers write the same bytes.
     """
-    from geomhw.geodesic.heat_method import HeatDistance, block_size
+    from geomhw.geodesic.heat_method import block_size
 
     kind = "pairs" if queries.is_pairs else "labels" if table else "rows"
     _check_files(job, queries, EXTENSIONS[kind], shard)
@@ -103,8 +103,9 @@ def compute_distances(
         **solver.settings(),
         **({"limit": limit} if (limit := method.settings.get("limit", inf)) < inf else {}),
     }
-    if isinstance(solver, HeatDistance) and not job.quiet:
-        report["accuracy"] = sampled_errors(solver, resolved, report["refined"])
+    if method.name != "exact" and not job.quiet:
+        is_exact = report.get("refined", False)
+        report["accuracy"] = {"exact": True} if is_exact else sampled_errors(mesh, method.rows(solver), resolved)
     lines = [
         f"sources: {report['queries']}" + (f", of which {resumed} were there" if resumed else ""),
         *shard.lines(),

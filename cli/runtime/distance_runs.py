@@ -16,30 +16,32 @@ from geomhw_cli.specs.masks import MaskSpec, MeshPart
 from geomhw_cli.specs.sources import MAX_IN_LINE, MAX_REPORTED, SourceSpecs, shortened, source_line
 
 if TYPE_CHECKING:
+    from concurrent.futures import Future
+
+    from geomhw.mesh.surface_points import SurfacePoints
     from geomhw.results import Result
 
 
-def exact_distances(
+def front_distances(
     job: Job,
     mask: MaskSpec | None,
     sources: SourceSpecs,
     to: SourceSpecs,
-    limit: float,
+    method: DistanceMethod,
     beyond: float,
     panels: tuple[str, ...],
 ) -> None:
-    """Compute, write and report exact distances."""
+    """Compute, write and report distances by a front."""
     if is_given("panels") and set(panels) != {"distance"}:
-        raise click.UsageError("--method exact draws --panel distance only.")
-    from geomhw.geodesic.exact import ExactDistance
-
-    mesh = job.read()
+        raise click.UsageError(f"--method {method.name} draws --panel distance only.")
+    mesh, limit = job.read(), method.settings["limit"]
     part, targets = MeshPart.of(mesh, mask), to.vertices(mesh) if to.specs else []
     points = part.sources(sources, job.remarks)
     with job.stage("connectivity"):
-        solver = ExactDistance(part.mesh)
+        solver = method.front(part.mesh)
     with job.stage("compute"):
         result = part.expand(solver.from_sources(points, limit, part.vertices(targets)))
+    errors = None if job.quiet or method.name == "exact" else _errors(part, points, result)
     _write(job, result, beyond, ("distance",))
     answers = result.report
     lines = [source_line(answers["sources"])]
@@ -53,6 +55,9 @@ def exact_distances(
         answers = {**answers, "limit": limit}
     if beyond_limit := answers.get("vertices_beyond"):
         lines.append(f"beyond: {beyond_limit} vertices, whose distance is {beyond:g}")
+    if errors:
+        answers = {**answers, "accuracy": {"exact": False, **errors.result()}}
+        lines += accuracy_lines(answers)
     lines += _unreachable(answers, beyond)
     job.finish(mesh, shortened(answers), lines)
 
@@ -75,11 +80,7 @@ def heat_distances(
         result = part.expand(solver.from_sources(points))
     answers, seconds = result.report, solver.stages.seconds
     del solver  # the picture needs the memory
-    errors = None
-    if not (job.quiet or answers["refined"]):  # only for the report, and compiled loops take half a second to load
-        from geomhw.geodesic.accuracy import distance_errors
-
-        errors = submit(partial(distance_errors, part.mesh, points, result["distance"]))
+    errors = None if job.quiet or answers["refined"] else _errors(part, points, result)
     _write(job, result, beyond, panels)
     answers = {**answers, "accuracy": {"exact": answers["refined"], **(errors.result() if errors else {})}}
     farthest = answers["farthest"]
@@ -92,6 +93,13 @@ def heat_distances(
         lines.append(robust_line(answers["robust"]))
     lines += accuracy_lines(answers) + _unreachable(answers, beyond)
     job.finish(mesh, shortened(answers) | {"profile": {"seconds": seconds}}, lines)
+
+
+def _errors(part: MeshPart, points: "SurfacePoints", result: "Result") -> "Future[dict[str, Any]]":
+    """Compare distances with exact ones, in the background: for the report only."""
+    from geomhw.geodesic.accuracy import distance_errors
+
+    return submit(partial(distance_errors, part.mesh, points, result["distance"]))
 
 
 def _write(job: Job, result: "Result", beyond: float, panels: tuple[str, ...]) -> None:

@@ -45,6 +45,7 @@ COSTS = {
     "multigrid": Cost(1.0, 9, 1, 190, 1350),
     "direct": Cost(0.9, 60, 1.3, 75, 4500, 1.1),
     "exact": Cost(1.6, 54, 1.4, 190, 750),
+    "fast-marching": Cost(0.8, 7, 1, 150, 620),
     "refine": Cost(1.6, 58, 1.4, 190, 1250),
     # in addition
     "robust": Cost(0.2, 8, 1, 10, 250),
@@ -55,6 +56,7 @@ COSTS = {
     "multigrid set": Cost(0, 5, 1, 0, 260),
     "direct set": Cost(0, 0.8, 1.25, 10, 5000),
     "exact set": Cost(0, 54, 1.4, 0, 260),
+    "fast-marching set": Cost(0, 1.5, 1, 0, 60),
     # one more entry of a sparse matrix, in millions
     "entry": Cost(0, 1.4, 1, 0, 60),
 }
@@ -88,8 +90,8 @@ class Plan:
         from geomhw.solvers.auto import iterates
 
         settings = self.method.settings
-        if self.method.name == "exact":
-            return "exact"
+        if self.method.name != "heat":
+            return self.method.name
         if settings["refine"] or (settings["refine"] is None and settings["robust"]):
             return "refine"
         return "multigrid" if iterates(settings["solver"], size.vertices, sets) else "direct"
@@ -109,7 +111,7 @@ class Plan:
         stages = [COSTS[solver].at(x)]
         if self.method.settings.get("robust"):
             stages.append(COSTS["robust"].at(x))
-        if solver in ("multigrid", "direct") and not self.quiet:
+        if solver in ("multigrid", "direct", "fast-marching") and not self.quiet:
             stages.append(COSTS["accuracy"].at(min(x, COMPARED)))
         if self.draws:
             stages.append(COSTS["picture"].at(x))

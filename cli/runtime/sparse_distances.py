@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from geomhw_cli.runtime.job import Job
+from geomhw_cli.specs.distance_methods import DistanceMethod
 from geomhw_cli.specs.files import require_writable
 from geomhw_cli.specs.masks import MaskSpec, MeshPart
 from geomhw_cli.specs.shards import WHOLE, ShardPart
@@ -23,11 +24,10 @@ ENTRY = np.dtype([("row", "<i4"), ("column", "<i4"), ("value", "<f8")])
 _SORTED = 1 << 22
 
 
-def compute_matrix(job: Job, limit: float, mask: MaskSpec | None, shard: ShardPart = WHOLE) -> None:
-    """Write the sparse matrix of exact distances between all vertices within a limit to the output of the job."""
+def compute_matrix(job: Job, method: DistanceMethod, mask: MaskSpec | None, shard: ShardPart = WHOLE) -> None:
+    """Write the sparse matrix of distances between all vertices within a limit to the output of the job."""
     from geomhw import __version__
     from geomhw.geodesic.distance_matrix import symmetric_matrix
-    from geomhw.geodesic.exact import ExactDistance
     from geomhw.io import write_matrix
     from geomhw.io.artifacts.shards import write_shard
 
@@ -35,15 +35,15 @@ def compute_matrix(job: Job, limit: float, mask: MaskSpec | None, shard: ShardPa
     mesh = job.read()
     with job.stage("set up"):
         part = MeshPart.of(mesh, mask).mesh
-        solver = ExactDistance(part)
-    n = mesh.n_vertices
+        solver = method.front(part)
+    n, limit = mesh.n_vertices, method.settings["limit"]
     with job.stage("compute"):
         found = solver.pairs(limit, slice(shard.number - 1, None, shard.of))
     stored = 2 * len(found[0]) - int((found[0] == found[1]).sum())
     statistics = {"largest_distance": float(found[2].max(initial=0.0)), "unreachable": 0}
     with job.stage("write"):
         if not shard.is_whole:
-            run = {"version": __version__, "mesh": part.digest, "question": "--all-pairs", "limit": limit}
+            run = {"version": __version__, "mesh": part.digest, "question": "--all-pairs", **method.report()}
             about = {"shape": [n, n], "stored": stored, **statistics}
             write_shard(job.outputs[0], run, shard.number, shard.of, "sparse", about, lambda: [_entries(*found)])
         else:

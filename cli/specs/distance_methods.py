@@ -1,6 +1,5 @@
-"""The choice between the heat method and exact distances, the options of each, and their solvers."""
+"""The choice between the heat method and fronts, exact or fast, the options of each, and their solvers."""
 
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import inf
 from typing import TYPE_CHECKING, Any
@@ -9,16 +8,15 @@ import click
 
 from geomhw.options import DistanceMethodName
 from geomhw_cli.options import is_given
+from geomhw_cli.specs.queries import Rows
 
 if TYPE_CHECKING:
-    from geomhw.arrays import Floats, Ints
-    from geomhw.geodesic.exact import ExactDistance
+    from geomhw.geodesic.front_distance import FrontDistance
     from geomhw.geodesic.heat_method import HeatDistance
-    from geomhw.mesh.surface_points import SurfacePoints
     from geomhw.mesh.triangle_mesh import TriangleMesh
 
-#: Options of one method only, by parameter name.
-HEAT_OPTIONS, EXACT_OPTIONS = ("time", "robust", "refine", "bound", "boundary", "solver"), ("limit", "to")
+#: Options of the heat method, and of fronts, only, by parameter name.
+HEAT_OPTIONS, FRONT_OPTIONS = ("time", "robust", "refine", "bound", "boundary", "solver"), ("limit", "to")
 
 
 @dataclass(frozen=True)
@@ -36,7 +34,7 @@ class DistanceMethod:
 
         has_columns: whether ``--to`` selects columns of a matrix, which both methods allow.
         """
-        other, options = ("heat", HEAT_OPTIONS) if name == "exact" else ("exact", EXACT_OPTIONS)
+        other, options = ("exact or fast-marching", FRONT_OPTIONS) if name == "heat" else ("heat", HEAT_OPTIONS)
         allowed = "to" if has_columns else None
         if given := next((option for option in options if option != allowed and is_given(option)), None):
             raise click.UsageError(f"--{given} is for --method {other}.")
@@ -46,12 +44,20 @@ class DistanceMethod:
         """Return what identifies the method in the record of a resumable run."""
         return self.settings if self.name == "heat" else {"method": self.name, **self.settings}
 
-    def solver(self, mesh: "TriangleMesh", queries: int = 1) -> "HeatDistance | ExactDistance":
-        """Return the solver on a mesh for about this number of queries."""
+    def front(self, mesh: "TriangleMesh") -> "FrontDistance":
+        """Return the solver of a method that is a front."""
         if self.name == "exact":
             from geomhw.geodesic.exact import ExactDistance
 
             return ExactDistance(mesh)
+        from geomhw.geodesic.fast_marching import FastMarchingDistance
+
+        return FastMarchingDistance(mesh)
+
+    def solver(self, mesh: "TriangleMesh", queries: int = 1) -> "HeatDistance | FrontDistance":
+        """Return the solver on a mesh for about this number of queries."""
+        if self.name != "heat":
+            return self.front(mesh)
         from geomhw.geodesic.heat_method import HeatDistance
 
         solver = HeatDistance(mesh, **self.settings, queries=queries)
@@ -59,10 +65,8 @@ class DistanceMethod:
             solver.prepare()
         return solver
 
-    def rows(
-        self, solver: "HeatDistance | ExactDistance"
-    ) -> "Callable[[Sequence[SurfacePoints], Sequence[Ints] | None], Floats]":
-        """Return the function from sets of sources, and the vertices wanted from each or None, to rows of distances."""
+    def rows(self, solver: "HeatDistance | FrontDistance") -> Rows:
+        """Return the function that computes rows of distances."""
         from geomhw.geodesic.heat_method import HeatDistance
 
         if isinstance(solver, HeatDistance):

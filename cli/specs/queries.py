@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import click
 
@@ -16,6 +16,10 @@ if TYPE_CHECKING:
     from geomhw.arrays import Floats, Ints
     from geomhw.mesh.surface_points import SurfacePoints
     from geomhw.mesh.triangle_mesh import TriangleMesh
+
+
+#: A function from sets of sources, and the vertices wanted from each or None, to rows of distances.
+Rows: TypeAlias = "Callable[[Sequence[SurfacePoints], Sequence[Ints] | None], Floats]"
 
 
 @dataclass(frozen=True)
@@ -143,7 +147,7 @@ class ResolvedQueries:
     def distances(
         self,
         mesh: "TriangleMesh",
-        rows_of: "Callable[[Sequence[SurfacePoints], Sequence[Ints] | None], Floats]",
+        rows_of: "Rows",
         first: int,
         last: int,
     ) -> "Floats":

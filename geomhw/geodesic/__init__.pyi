@@ -6,6 +6,7 @@ from .exact import Arrivals as Arrivals
 from .exact import ExactDistance as ExactDistance
 from .farthest_points import Samples as Samples
 from .farthest_points import farthest_points as farthest_points
+from .fast_marching import FastMarchingDistance as FastMarchingDistance
 from .heat_method import HeatDistance as HeatDistance
 from .heat_method import heat_distance as heat_distance
 from .heat_step import HeatStep as HeatStep

@@ -1,10 +1,12 @@
-"""Exact distances between all vertices at most a limit apart, as a sparse symmetric matrix."""
+"""Distances between all vertices at most a limit apart, as a sparse symmetric matrix."""
 
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from math import inf
 from os import cpu_count
 from queue import SimpleQueue
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -22,8 +24,20 @@ if TYPE_CHECKING:
 TASK = 64
 
 
+class Rows(NamedTuple):
+    """How rows of distances are computed. empty: returns a new front. fill: as `fill_rows`, without the surface."""
+
+    empty: Callable[[], Any]
+    fill: Callable[..., tuple[int, int]]
+
+
+def exact_rows(surface: Surface) -> Rows:
+    """Rows of exact distances."""
+    return Rows(partial(empty_front, surface), partial(fill_rows, surface))
+
+
 def distance_pairs(
-    mesh: TriangleMesh, surface: Surface, limit: float, part: slice = slice(None)
+    mesh: TriangleMesh, surface: Surface, rows: Rows, limit: float, part: slice = slice(None)
 ) -> tuple[Ints, Ints, Floats]:
     """Return rows, columns and distances of all pairs of vertices within a limit, one of each two equal entries.
 
@@ -34,13 +48,13 @@ def distance_pairs(
     heights = _heights(mesh, surface) if limit < inf else np.zeros(n)
     ranks = np.empty(n, dtype=np.int64)
     ranks[np.argsort(heights, kind="stable")] = np.arange(n)
-    fronts: SimpleQueue[Front] = SimpleQueue()
+    fronts: SimpleQueue[Any] = SimpleQueue()
     for _ in range(cpu_count() or 1):
-        fronts.put(empty_front(surface))
+        fronts.put(rows.empty())
 
     def compute(sources: Ints) -> tuple[Ints, Ints, Floats]:
         front = fronts.get()
-        found = _sparse_rows(surface, front, sources, Extent(limit, 0.0, heights), ranks)
+        found = _sparse_rows(rows, front, sources, Extent(limit, 0.0, heights), ranks)
         fronts.put(found[0])
         return found[1:]
 
@@ -62,16 +76,14 @@ def _heights(mesh: TriangleMesh, surface: Surface) -> Floats:
     return np.where(front.distance < inf, front.distance, 0.0)
 
 
-def _sparse_rows(
-    surface: Surface, front: Front, sources: Ints, extent: Extent, ranks: Ints
-) -> tuple[Front, Ints, Ints, Floats]:
+def _sparse_rows(rows: Rows, front: Any, sources: Ints, extent: Extent, ranks: Ints) -> tuple[Any, Ints, Ints, Floats]:
     """Return the front with all its room, and for each source a count, and the vertices of higher rank in reach with
     their distances.
     """
     counts, done, end = np.zeros(len(sources), dtype=np.int64), 0, 0
     columns, values = np.empty(1 << 14, dtype=np.int32), np.empty(1 << 14)
     while True:
-        done, end = _fill(surface, front, sources, extent, ranks, counts, columns, values, done, end)
+        done, end = rows.fill(front, sources, extent, ranks, counts, columns, values, done, end)
         if done == len(sources):
             return front, counts, columns[:end], values[:end]
         if front.counts[TOUCHED]:
@@ -81,7 +93,7 @@ def _sparse_rows(
 
 
 @compiled_in_place
-def _fill(
+def fill_rows(
     surface: Surface,
     front: Front,
     sources: Ints,

@@ -1,7 +1,7 @@
 """State of an exact distance query: arrivals at vertices, windows, and the queue of events, a binary heap."""
 
 from math import inf
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -38,6 +38,21 @@ class Front(NamedTuple):
     items: Ints
     places: Ints
     touched: Ints
+
+
+class Queue(Protocol):
+    """What a state has of a queue and of a list of items whose state has changed, as in `Front`."""
+
+    @property
+    def counts(self) -> Ints: ...
+    @property
+    def keys(self) -> Floats: ...
+    @property
+    def items(self) -> Ints: ...
+    @property
+    def places(self) -> Ints: ...
+    @property
+    def touched(self) -> Ints: ...
 
 
 class Extent(NamedTuple):
@@ -142,14 +157,14 @@ def clear_windows(front: Front) -> None:
 
 
 @compiled_in_place
-def touch(front: Front, item: int) -> None:
+def touch(front: Queue, item: int) -> None:
     """Note that the state of an item has changed."""
     front.touched[front.counts[TOUCHED]] = item
     front.counts[TOUCHED] += 1
 
 
 @compiled_in_place
-def push(front: Front, item: int, key: float) -> None:
+def push(front: Queue, item: int, key: float) -> None:
     """Put an item into the queue, or move it forward."""
     keys, items, places = front.keys, front.items, front.places
     p = places[item] - 1
@@ -167,7 +182,7 @@ def push(front: Front, item: int, key: float) -> None:
 
 
 @compiled_in_place
-def pop(front: Front) -> None:
+def pop(front: Queue) -> None:
     """Remove the item of the least key from the queue."""
     keys, items, places = front.keys, front.items, front.places
     places[items[0]] = 0

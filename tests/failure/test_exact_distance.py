@@ -1,13 +1,13 @@
 """Exact distances: limits, targets and meshes that they refuse; loops over faces of zero area end."""
 
-from typing import Any
+from math import inf
 
 import numpy as np
 import pytest
 
 from geomhw.errors import FieldError, MeshError
 from geomhw.geodesic.exact import ExactDistance
-from geomhw.geodesic.front import Front
+from geomhw.geodesic.front_distance import NONE
 from geomhw.geodesic.windows import LAST
 from geomhw.mesh.named_points import face_point, vertex_points
 from geomhw.mesh.primitives import grid
@@ -75,7 +75,7 @@ def test_many_faces_at_an_edge() -> None:
         points = np.random.default_rng(0).normal(size=(n + 2, 3))
         faces = np.stack([np.zeros(n, dtype=int), np.ones(n, dtype=int), np.arange(2, n + 2)], axis=1)
         solver = ExactDistance(TriangleMesh(points, faces))
-        front, reached = solver._solved(vertex_points(solver.mesh, [5]))
+        front, reached = solver._front(vertex_points(solver.mesh, [5]), inf, NONE, NONE)
         room.append(len(front.windows))
         assert len(reached) == n + 2
     assert room[1] <= 8 * room[0]
@@ -90,7 +90,7 @@ def test_source_of_high_valence() -> None:
     hub = np.zeros(n, dtype=int)
     faces = np.concatenate([np.stack(f, axis=1) for f in ((hub, a, b), (a, a + n, b), (b, a + n, b + n))])
     solver = ExactDistance(TriangleMesh(np.concatenate([np.zeros((1, 3)), *rings]), faces))
-    front, _ = solver._solved(vertex_points(solver.mesh, [0]))
+    front, _ = solver._front(vertex_points(solver.mesh, [0]), inf, NONE, NONE)
     assert len(front.windows) > n
     np.testing.assert_allclose(front.distance[1 : n + 1], 1.0, rtol=1e-9)
     np.testing.assert_allclose(front.distance[n + 1 :], 2.0, rtol=1e-9)
@@ -103,14 +103,6 @@ def test_long_ribbon_with_straight_borders() -> None:
     points = np.concatenate([np.stack([x, 0 * x, 0 * x], axis=1), np.stack([x, 0 * x + 3e-5, 0 * x], axis=1)])
     faces = np.concatenate([np.stack([i, i + 1, n + 2 + i], axis=1), np.stack([i, n + 2 + i, n + 1 + i], axis=1)])
     solver = ExactDistance(TriangleMesh(points, faces))
-    counts: list[int] = []
-
-    def counted(*arguments: Any) -> tuple[Front, float]:
-        front, radius = propagated(*arguments)
-        counts.append(int(front.counts[LAST]))
-        return front, radius
-
-    propagated, solver._propagated = solver._propagated, counted  # type: ignore[method-assign]
-    distance = solver.from_vertices([n // 2])["distance"]
-    np.testing.assert_allclose(distance, np.linalg.norm(points - points[n // 2], axis=1), rtol=1e-11)
-    assert counts[0] < 1000
+    front, _ = solver._front(vertex_points(solver.mesh, [n // 2]), inf, NONE, NONE)
+    np.testing.assert_allclose(front.distance, np.linalg.norm(points - points[n // 2], axis=1), rtol=1e-11)
+    assert front.counts[LAST] < 1000

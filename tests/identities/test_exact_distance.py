@@ -190,7 +190,7 @@ def test_turning_directions(name: str) -> None:
     used = np.unique(mesh.faces)
     for source in used[:: max(9, len(used) // 60)]:
         solver = ExactDistance(mesh)
-        solver._surface.totals[:] = np.inf
+        solver.surface.totals[:] = np.inf
         found = solver.from_vertices([source])["distance"]
         np.testing.assert_allclose(exact(mesh, source), found, rtol=1e-13, atol=0)
 
