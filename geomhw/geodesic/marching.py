@@ -1,10 +1,10 @@
 """Fast marching with rays: each vertex has a distance, a direction to the source, and the curvature of the front.
 
 The vertex of least distance is visited next. In each of its faces it offers its neighbors paths along the edges, and
-rays across the sides. The rays at both ends of a side lie on lines that meet in the center of the front: behind the
-side, or ahead of it where the front converges. The line from the center to the third vertex of the face is its ray.
-Where two fronts meet on a side, each end offers its own. A vertex whose distance decreases is visited again. On flat
-surfaces all rays are exact.
+rays across the sides to visited ones. The rays at both ends of a side lie on lines that meet in the center of the
+front: behind the side, or ahead of it where the front converges. The line from the center to the third vertex of the
+face is its ray. Where two fronts meet on a side, each end offers its own. A vertex whose distance decreases is visited
+again. On flat surfaces all rays are exact.
 
 Kimmel, Sethian: Computing Geodesic Paths on Manifolds. PNAS 95(15), 1998.
 Trettner, Bommes, Kobbelt: Geodesic Distance Computation via Virtual Source Propagation. Comput. Graph. Forum 40(5),
@@ -88,36 +88,49 @@ def reset(march: March) -> None:
 
 @compiled_in_place
 def propagate(surface: Surface, angles: VertexAngles, march: March, within: Extent, targets: Ints) -> float:
-    """March up to the limit or until all targets are final; return the radius of final distances."""
-    done = 0
+    """March up to the limit or until all targets are final; return the radius of final distances.
+
+    Over a long side, a ray reaches a vertex that is nearer than the ends of the side. So vertices somewhat beyond the
+    limit are visited for what they offer across sides.
+    """
+    done, limit = 0, within.limit
     while march.counts[WAITING]:
         v, key = np.int64(march.items[0]), march.keys[0]
+        pop(march)
         while done < len(targets) and march.distance[targets[done]] <= key:
             done += 1
         if 0 < len(targets) == done:
-            for target in targets:  # keys do not rise where a vertex is visited again
-                key = max(key, march.distance[target])
-            return key
-        if key > within.limit:
-            break
-        pop(march)
-        march.tolerance[v] *= GROWTH
-        if key > limit_at(within, v):
-            continue
-        for h in surface.corners[surface.starts[v] : surface.starts[v + 1]]:
-            _enter(surface, angles, march, np.int64(h))
-    return within.limit
+            limit = 0.0
+            for target in targets:
+                limit = max(limit, march.distance[target])
+        beyond = key - min(limit, limit_at(within, v))
+        if beyond <= 0 or beyond <= _longest(surface, v):
+            march.tolerance[v] *= GROWTH
+            for h in surface.corners[surface.starts[v] : surface.starts[v + 1]]:
+                _enter(surface, angles, march, np.int64(h), beyond <= 0)
+    return limit
+
+
+@compiled_in_place
+def _longest(surface: Surface, v: int) -> float:
+    """Length of the longest edge at a vertex."""
+    longest = 0.0
+    for h in surface.corners[surface.starts[v] : surface.starts[v + 1]]:
+        face = triangle(surface, np.int64(h))
+        longest = max(longest, face.left, face.right)
+    return longest
 
 
 @compiled_inline
-def _enter(surface: Surface, angles: VertexAngles, march: March, h: int) -> None:
-    """March from the vertex opposite a halfedge h into its face: along two sides, and across them."""
+def _enter(surface: Surface, angles: VertexAngles, march: March, h: int, along: bool) -> None:
+    """March from the vertex opposite a halfedge h into its face: across two sides, and along them if wanted."""
     face = triangle(surface, h)
     low, high, left, right = face.low, face.high, face.left, face.right
     cosine = face.sin_low * face.sin_high - face.cos_low * face.cos_high
     sine = face.sin_low * face.cos_high + face.cos_low * face.sin_high
-    _along(surface, angles, march, face.apex, low, h, face.at_high, high, left)
-    _along(surface, angles, march, face.apex, high, h, face.at_low, low, right)
+    if along:
+        _along(surface, angles, march, face.apex, low, h, face.at_high, high, left)
+        _along(surface, angles, march, face.apex, high, h, face.at_low, low, right)
     if sine > 0 and left > 0 and right > 0:
         to_low, to_high, v = face.at_low, face.at_high, face.apex
         _across(surface, angles, march, Side(v, low, high, h, to_high, to_low, left, right * cosine, right * sine))
@@ -158,8 +171,9 @@ def _across(surface: Surface, angles: VertexAngles, march: March, side: Side) ->
     p, q, base, x, y = side.p, side.q, side.length, side.x, side.y
     one, other, known = march.distance[p], march.distance[q], march.distance[side.apex]
     nearest = min(max((base + one - other) / 2, 0.0), base)
-    if known <= one - nearest + sqrt((x - nearest) ** 2 + y * y):
-        return  # see `_offer_ray`
+    is_waiting = march.places[q] != 0
+    if is_waiting or known <= one - nearest + sqrt((x - nearest) ** 2 + y * y):
+        return  # q will come here when it is visited; or see `_offer_ray`
     # Angles of the rays at both ends with the side.
     a = behind(angles, p, march.direction[p], side.at_p, q, side.apex)
     b = behind(angles, q, march.direction[q], side.at_q, p, side.apex)
@@ -226,7 +240,7 @@ def _offer_ray(
 ) -> None:
     """Offer the apex over a side a distance by a ray from behind the side.
 
-    From p and q to the crossing, distances fall by no more than the length of the way, which bounds this one from below.
+    Distances fall by no more than the length of the way from p and q to the crossing, which bounds this one from below.
     """
     before = max(march.distance[side.p] - at, march.distance[side.q] - side.length + at)
     offer_across(surface, angles, march, side, at, max(reach, before + hypot(side.x - at, side.y)), bend)

@@ -17,6 +17,9 @@ def start(surface: Surface, angles: VertexAngles, march: March, vertices: Ints) 
     for v in vertices:
         lay_out(surface, angles, v)
         offer(angles, march, v, 0.0, nan, 0.0)
+        for h in surface.corners[surface.starts[v] : surface.starts[v + 1]]:
+            side = _side(surface, np.int64(h))
+            _shine(surface, angles, march, side, side.x, side.y)
 
 
 @compiled_in_place
@@ -39,16 +42,22 @@ def start_from_places(surface: Surface, angles: VertexAngles, march: March, plac
         at = side.x + (x - side.x) * side.y / (side.y - y) if side.y > y else x
         offer_across(surface, angles, march, side, at, reach, 1 / reach if reach > 0 else 0.0)
     for i in range(3 * len(faces)):
-        h = 3 * np.int64(faces[i // 3]) + i % 3
-        x, y = _over(surface, _side(surface, h), places[i // 3])
-        g = np.int64(surface.across[h])
-        while g != h:
-            side = _side(surface, g)
-            at = (side.x * y + x * side.y) / (y + side.y) if y + side.y > 0 else -1.0
-            if 0 <= at <= side.length:
-                reach = hypot(side.x - x, side.y + y)
-                offer_across(surface, angles, march, side, at, reach, 1 / reach)
-            g = np.int64(surface.across[g])
+        side = _side(surface, 3 * np.int64(faces[i // 3]) + i % 3)
+        x, y = _over(surface, side, places[i // 3])
+        _shine(surface, angles, march, side, x, y)
+
+
+@compiled_in_place
+def _shine(surface: Surface, angles: VertexAngles, march: March, side: Side, x: float, y: float) -> None:
+    """Offer straight lines from a point (x, y) of a face over its side to the apexes of the other faces there."""
+    g = np.int64(surface.across[side.at_apex])
+    while g != side.at_apex:
+        other = _side(surface, g)
+        at = (other.x * y + x * other.y) / (y + other.y) if y + other.y > 0 else -1.0
+        if 0 <= at <= other.length:
+            reach = hypot(other.x - x, other.y + y)
+            offer_across(surface, angles, march, other, at, reach, 1 / reach)
+        g = np.int64(surface.across[g])
 
 
 @compiled_in_place

@@ -32,7 +32,9 @@ def written(options: str) -> np.ndarray:
     return D
 
 
-@pytest.mark.parametrize("method", ["exact", "heat", "heat --refine", "exact --limit 0.3", "heat --single"])
+@pytest.mark.parametrize(
+    "method", ["exact", "heat", "heat --refine", "exact --limit 0.3", "heat --single", "fast-marching"]
+)
 @pytest.mark.parametrize("rows", ["--all-pairs", "--sources sources.txt"])
 def test_columns_of_the_whole_matrix(method: str, rows: str) -> None:
     """The columns are those of the matrix to all vertices, in the order of --to, repeated ones too."""
