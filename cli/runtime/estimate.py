@@ -45,7 +45,7 @@ COSTS = {
     "multigrid": Cost(1.0, 9, 1, 190, 1350),
     "direct": Cost(0.9, 60, 1.3, 75, 4500, 1.1),
     "exact": Cost(1.6, 54, 1.4, 190, 750),
-    "fast-marching": Cost(0.8, 7, 1, 150, 620),
+    "fast-marching": Cost(0.6, 3.5, 1, 110, 520),
     "refine": Cost(1.6, 58, 1.4, 190, 1250),
     # in addition
     "robust": Cost(0.2, 8, 1, 10, 250),
@@ -56,7 +56,7 @@ COSTS = {
     "multigrid set": Cost(0, 5, 1, 0, 260),
     "direct set": Cost(0, 0.8, 1.25, 10, 5000),
     "exact set": Cost(0, 54, 1.4, 0, 260),
-    "fast-marching set": Cost(0, 1.5, 1, 0, 60),
+    "fast-marching set": Cost(0, 1.3, 1, 0, 260),
     # one more entry of a sparse matrix, in millions
     "entry": Cost(0, 1.4, 1, 0, 60),
 }

@@ -28,6 +28,7 @@ COMMANDS = {
     "parts": "helmholtz ball.off --field wind.npy -o h.vtu --png h.png",
     "matrix": "geodesic ring.off --all-pairs --time h2 -o D.npy",
     "exact matrix": "geodesic ring.off --all-pairs --method exact -o E.npy",
+    "marching": "geodesic ring.off --method fast-marching --source face:3 --limit 1 -o m.vtp --png m.png",
     "sparse": "geodesic ring.off --all-pairs --method exact --limit 1 -o near.npz",
     "operator": "operators ball.off --stiffness -o S.mtx",
     "series": f"advect ball.off {FLOW} -o s.pvd --csv s.csv --tracers 20",

@@ -30,6 +30,7 @@ COMMANDS = {
     "refine": ["geodesic", "m.off", "-o", "out.vtu", "--refine"],
     "robust": ["geodesic", "m.off", "-o", "out.vtu", "--robust"],
     "exact": ["geodesic", "m.off", "-o", "out.vtu", "--method", "exact"],
+    "marching": ["geodesic", "m.off", "-o", "out.vtu", "--method", "fast-marching"],
     "vecdiffuse": ["vecdiffuse", "m.off", "-o", "out.vtu"],
     "intrinsic": ["vecdiffuse", "m.off", "-o", "out.vtu", "--connection", "intrinsic"],
     "vecrobust": ["vecdiffuse", "m.off", "-o", "out.vtu", "--robust"],
@@ -38,7 +39,8 @@ COMMANDS = {
     "fluid": [*FLOWING, "--steps", "2", "-o", "out.pvd", "--csv", "out.csv"],
     "helmholtz": ["helmholtz", "m.off", "--field", "wind.npy", "-o", "out.vtu"],
 }
-DISTANCES, VECTORS = ("geodesic", "multigrid", "refine", "robust", "exact"), ("vecdiffuse", "intrinsic", "vecrobust")
+DISTANCES = ("geodesic", "multigrid", "refine", "robust", "exact", "marching")
+VECTORS = ("vecdiffuse", "intrinsic", "vecrobust")
 FACE_FIELDS = ("advect", "tracers", "fluid", "helmholtz")
 NOT_ROBUST = ("geodesic", "multigrid", "refine", "vecdiffuse", "intrinsic", *FACE_FIELDS)
 
