@@ -1,4 +1,4 @@
-"""Geodesic distance by the heat method."""
+"""Geodesic distance: by the heat method, exact, and by fast marching."""
 
 import lazy_loader
 
