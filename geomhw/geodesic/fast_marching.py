@@ -1,5 +1,6 @@
 """Fast approximate distance: fast marching that carries the direction and the curvature of the front along."""
 
+from collections.abc import Sequence
 from functools import partial
 from math import inf
 from typing import Any
@@ -14,7 +15,7 @@ from geomhw.geodesic.front_distance import FrontDistance, checked_limit
 from geomhw.geodesic.marching import March, empty_march, propagate, reset
 from geomhw.geodesic.marching_sources import start, start_from_edges, start_from_places
 from geomhw.geodesic.unfolded_faces import Surface
-from geomhw.geodesic.vertex_angles import VertexAngles, no_angles
+from geomhw.geodesic.vertex_angles import VertexAngles, lay_out_all, no_angles
 from geomhw.mesh.surface_points import SurfacePoints
 from geomhw.mesh.triangle_mesh import TriangleMesh
 
@@ -49,27 +50,35 @@ class FastMarchingDistance(FrontDistance):
         """Return how distances are computed, as plain values for a report."""
         return {"method": "fast-marching"}
 
+    def rows(
+        self,
+        queries: Sequence[SurfacePoints],
+        limit: float = inf,
+        targets: Sequence[Sequence[int] | Ints] | None = None,
+    ) -> Floats:
+        """Return the distances from each of k sets of sources, (k, n); see `FrontDistance.rows`."""
+        lay_out_all(self.surface, self._angles)
+        return super().rows(queries, limit, targets)
+
     def pairs(self, limit: float = inf, part: slice = slice(None)) -> tuple[Ints, Ints, Floats]:
         """Return rows, columns and values of `matrix`, one of each two equal entries, of a part of the sources."""
+        lay_out_all(self.surface, self._angles)
         rows = Rows(partial(empty_march, self.surface), partial(fill_marched_rows, self.surface, self._angles))
         return distance_pairs(self.mesh, self.surface, rows, checked_limit(limit), part)
 
     def _solved(self, sources: SurfacePoints, limit: float, targets: Ints, sides: Ints) -> tuple[Floats, Ints]:
         """Return the distances, and the vertices with one."""
-        march = self._march(sources, limit, targets, sides)
-        vertices = np.sort(march.touched[: march.counts[TOUCHED]])
-        return march.distance, vertices[np.isfinite(march.distance[vertices])]
-
-    def _march(self, sources: SurfacePoints, limit: float, targets: Ints, sides: Ints) -> March:
-        """Return the state when distances are final, up to the limit or the targets; others are inf."""
+        march = empty_march(self.surface)
         march = empty_march(self.surface)
         start(self.surface, self._angles, march, sources.vertices)
         start_from_edges(self.surface, self._angles, march, self._lines_from(sources, sides))
         places, faces = self.placed(sources.within_faces)
         start_from_places(self.surface, self._angles, march, places, faces)
         radius = propagate(self.surface, self._angles, march, Extent(limit, 0.0, self._heights), targets)
-        march.distance[march.distance > radius] = inf
-        return march
+        vertices = np.sort(march.touched[: march.counts[TOUCHED]])
+        final = march.distance[vertices] <= radius
+        march.distance[vertices[~final]] = inf
+        return march.distance, vertices[final]
 
 
 @compiled_in_place

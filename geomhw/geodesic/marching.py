@@ -70,17 +70,17 @@ class Side(NamedTuple):
 
 
 def empty_march(surface: Surface) -> March:
-    """Return a state without sources."""
+    """Return a state without sources. Most memory is used only once it is written to."""
     n = len(surface.points)
     queue = np.empty(n), np.empty(n, dtype=np.int32), np.zeros(n, dtype=np.int32), np.empty(n, dtype=np.int32)
-    return March(np.full(n, inf), np.empty(n), np.empty(n), np.full(n, TOLERANCE), np.zeros(5, dtype=np.int64), *queue)
+    return March(np.full(n, inf), np.empty(n), np.empty(n), np.empty(n), np.zeros(5, dtype=np.int64), *queue)
 
 
 @compiled_in_place
 def reset(march: March) -> None:
     """Remove sources and distances; the time is proportional to their number."""
     for v in march.touched[: march.counts[TOUCHED]]:
-        march.distance[v], march.tolerance[v] = inf, TOLERANCE
+        march.distance[v] = inf
     for v in march.items[: march.counts[WAITING]]:
         march.places[v] = 0
     march.counts[:] = 0
@@ -263,7 +263,10 @@ def offer_across(
 def _is_less(angles: VertexAngles, march: March, v: int, reach: float, by_ray: bool) -> bool:
     """Whether a vertex takes a distance: it is less than its own, or equal and by a ray where that is by none."""
     known = march.distance[v]
-    if by_ray and isnan(march.direction[v]) and 0 < known < inf and angles.turns[v] < inf:
+    if known == inf:
+        return reach < inf
+    is_bound = isnan(march.direction[v]) and known > 0 and angles.turns[v] < inf
+    if by_ray and is_bound and march.tolerance[v] < 1:
         return reach <= known
     return reach < known * (1 - march.tolerance[v])
 
@@ -274,6 +277,7 @@ def offer(angles: VertexAngles, march: March, v: int, reach: float, direction: f
     if _is_less(angles, march, v, reach, not isnan(direction)):
         if march.distance[v] == inf:
             touch(march, v)
+            march.tolerance[v] = TOLERANCE
         march.distance[v], march.curvature[v] = reach, bend
         march.direction[v] = direction if reach > 0 and angles.turns[v] < inf else nan
         push(march, v, reach)

@@ -40,6 +40,14 @@ def lay_out(surface: Surface, angles: VertexAngles, v: int) -> None:
 
 
 @compiled_in_place
+def lay_out_all(surface: Surface, angles: VertexAngles) -> None:
+    """Compute the angles at all vertices, before threads share them."""
+    for v in range(len(angles.turns)):
+        if surface.starts[v] < surface.starts[v + 1]:
+            lay_out(surface, angles, v)
+
+
+@compiled_in_place
 def _lay_out(surface: Surface, angles: VertexAngles, v: int) -> float:
     """Fill in the angles of the edges at a vertex, and return its ``turns``."""
     number = surface.starts[v + 1] - surface.starts[v]

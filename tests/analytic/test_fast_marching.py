@@ -7,7 +7,10 @@ from attack.families import FAMILIES, random_mesh
 from geomhw.curves import trace_polyline
 from geomhw.geodesic.exact import ExactDistance
 from geomhw.geodesic.fast_marching import FastMarchingDistance
-from geomhw.geodesic.marching import GROWTH, TOLERANCE
+from geomhw.geodesic.front import Extent
+from geomhw.geodesic.marching import GROWTH, TOLERANCE, empty_march, propagate
+from geomhw.geodesic.marching_sources import start
+from geomhw.geodesic.vertex_angles import no_angles
 from geomhw.mesh import curve_points
 from geomhw.mesh.named_points import face_point, region_points, vertex_points
 from geomhw.mesh.primitives import grid, icosphere
@@ -182,8 +185,11 @@ def test_visits_end() -> None:
     points = np.random.default_rng(1).random((3000, 2))
     vertices = np.column_stack([points * [1, 0.01], 0.003 * np.sin(9 * points[:, 0])])
     mesh = TriangleMesh(vertices, Delaunay(points).simplices)
-    solver = FastMarchingDistance(mesh)
-    march = solver._march(vertex_points(mesh, [5]), np.inf, np.empty(0, int), np.empty(0, int))
+    solver, sources = FastMarchingDistance(mesh), np.array([5])
+    march, angles = empty_march(solver.surface), no_angles(solver.surface)
+    start(solver.surface, angles, march, sources)
+    propagate(solver.surface, angles, march, Extent(np.inf, 0.0, np.zeros(mesh.n_vertices)), sources[:0])
     visits = np.log(march.tolerance / TOLERANCE) / np.log(GROWTH)
+    assert visits.min() >= 1
     assert visits.max() <= 50
     assert visits.mean() < 5
