@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from functools import partial
-from math import inf
+from math import inf, sqrt
 from typing import Any
 
 import numpy as np
@@ -25,7 +25,8 @@ class FastMarchingDistance(FrontDistance):
 
     Exact up to rounding on flat surfaces. On scans and cortical surfaces the mean error is 0.02 to 0.15 %, a twentieth
     of that of fast marching with distances alone; it is largest where fronts meet, and on triangles 100 times longer
-    than high. The time is proportional to the number of vertices, 0.7 to 1.6 µs each.
+    than high. From one point, distances are at least those along the straight line, and from any sources at most those
+    along edges. The time is proportional to the number of vertices, 0.7 to 1.6 µs each.
 
     References
     ----------
@@ -76,7 +77,11 @@ class FastMarchingDistance(FrontDistance):
         start_from_places(self.surface, self._angles, march, places, faces)
         radius = propagate(self.surface, self._angles, march, Extent(limit, 0.0, self._heights), targets)
         vertices = np.sort(march.touched[: march.counts[TOUCHED]])
-        final = march.distance[vertices] <= radius
+        final, points = march.distance[vertices] <= radius, self.mesh.vertices
+        if len(sources) == 1 and not len(sides):
+            chords = np.linalg.norm(points[vertices] - sources.positions(self.mesh), axis=1)
+            march.distance[vertices] = np.maximum(march.distance[vertices], chords)
+            final &= march.distance[vertices] <= limit
         march.distance[vertices[~final]] = inf
         return march.distance, vertices[final]
 
@@ -103,11 +108,15 @@ def fill_marched_rows(
         within = Extent(extent.limit, extent.heights[v] - slack, extent.heights)
         propagate(surface, angles, march, within, sources[:0])
         first = end
+        x, y, z = surface.points[v]
         for w in march.touched[: march.counts[TOUCHED]]:
-            if ranks[w] >= ranks[v] and march.distance[w] <= extent.limit:
-                if end < len(columns):
-                    columns[end], values[end] = w, march.distance[w]
-                end += 1
+            if ranks[w] >= ranks[v]:
+                p = surface.points[w]
+                distance = max(march.distance[w], sqrt((p[0] - x) ** 2 + (p[1] - y) ** 2 + (p[2] - z) ** 2))
+                if distance <= extent.limit:
+                    if end < len(columns):
+                        columns[end], values[end] = w, distance
+                    end += 1
         reset(march)
         if end > len(columns):
             return done, first

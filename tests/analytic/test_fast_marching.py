@@ -5,6 +5,7 @@ import pytest
 from attack.families import FAMILIES, random_mesh
 
 from geomhw.curves import trace_polyline
+from geomhw.geodesic.edge_paths import edge_path_distance
 from geomhw.geodesic.exact import ExactDistance
 from geomhw.geodesic.fast_marching import FastMarchingDistance
 from geomhw.geodesic.front import Extent
@@ -64,6 +65,19 @@ def test_random_meshes(family: str) -> None:
         means.append(found.mean() if len(found) else 0.0)
     assert max(means) < 0.015
     assert np.mean(means) < 0.004
+
+
+@pytest.mark.parametrize("family", ["terrain", "pinched_torus", "touching", "maze", "slivers"])
+def test_bounds(family: str) -> None:
+    """Distances lie between the straight line and the shortest path along edges."""
+    for seed in range(6):
+        mesh = TriangleMesh(*random_mesh(family, seed))
+        v = some_vertex(mesh, seed).vertices
+        found = np.asarray(FastMarchingDistance(mesh).from_vertices(v)["distance"])
+        reached = np.isfinite(found)
+        chord = np.linalg.norm(mesh.vertices - mesh.vertices[v], axis=1)
+        assert (found >= chord * (1 - 1e-12)).all()
+        assert (found[reached] <= edge_path_distance(mesh, v)[reached] * (1 + 1e-8)).all()
 
 
 @pytest.mark.parametrize("name", ["crumpled_torus", "genus_two", "annulus"])
