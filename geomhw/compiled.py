@@ -2,13 +2,12 @@
 
 import logging
 from collections.abc import Callable
+from functools import partial
 from threading import Timer
 from typing import Any, TypeVar
 
 from numba import njit
 from numba.core import event
-from numba.core.caching import FunctionCache
-from numba.core.runtime import rtsys
 
 F = TypeVar("F", bound=Callable[..., Any])
 #: Seconds of compilation after which it is logged.
@@ -24,10 +23,10 @@ def compiled(function: F, **options: Any) -> F:
     """
     loop = njit(nogil=True, error_model="numpy", **options)(function)
     try:
-        loop._cache = _MachineCode(function)
-        loop._cache.allocates = options.get("_nrt", True)
+        loop.enable_caching()
     except RuntimeError:  # no cache folder can be written
-        pass
+        return loop
+    loop._cache.load_overload = partial(_load_code, loop._cache, options.get("_nrt", True))
     return loop
 
 
@@ -47,20 +46,21 @@ def compiled_inline(function: F) -> F:
     return compiled(function, _nrt=False, forceinline=True)
 
 
-class _MachineCode(FunctionCache):  # type: ignore[misc]
-    """Cached machine code, loaded without the declarations that only compiling needs: they take 0.2 s.
+def _load_code(cache: Any, allocates: bool, sig: Any, target_context: Any) -> Any:
+    """Return cached machine code for arguments of some types; None if there is none, and numba compiles it.
 
-    allocates: whether the loop allocates memory.
+    numba itself first loads the declarations that only compiling needs, which takes 0.2 s. Code that allocates memory
+    needs its runtime.
     """
+    try:
+        if allocates:
+            from numba.core.runtime import rtsys
 
-    allocates = True
-
-    def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """Return the code for arguments of some types; None if there is none, and numba compiles it."""
-        if self.allocates:
             rtsys.initialize(target_context)
-        with self._guard_against_spurious_io_errors():
-            return self._load_overload(sig, target_context)
+        with cache._guard_against_spurious_io_errors():
+            return cache._load_overload(sig, target_context)
+    except (ImportError, AttributeError):  # a numba whose parts have other names
+        return type(cache).load_overload(cache, sig, target_context)
 
 
 class _CompilationNotice(event.Listener):  # type: ignore[misc]
