@@ -39,6 +39,7 @@ RUNS = {
     "--no-png -q": 2_000_000,
     "": 700_000,
     "--no-png --method exact": 700_000,
+    "-q --no-png --method fast-marching": 1_000_000,
     "--no-png --refine": 200_000,
     "--no-png --robust": 200_000,
     "--no-png --robust --no-refine": 700_000,
