@@ -67,8 +67,7 @@ def compute_distances(
     part = MeshPart.of(whole, mask)
     mesh, resolved = part.mesh, queries.resolve(whole)
     job.remarks += resolved.remarks
-    if resolved.sets is not None:
-        resolved.sets = [part.points(points) for points in resolved.sets]
+    resolved.place(part)
     groups = table.groups(part) if table else None
     size = block_size(mesh.n_vertices)
     batch = _Batch(resolved, dtype, beyond, groups, *shard.range(resolved.count, size))

@@ -94,12 +94,11 @@ class MeshPart:
         segments[:, 2] = inner
         return replace(points, faces=np.where(at_vertex, -1, place), segments=segments)
 
-    def vertices(self, vertices: "Sequence[int]") -> list[int]:
+    def vertices(self, vertices: "Sequence[int] | Ints") -> "Ints":
         """Those of some vertices of the whole mesh that have faces in the part, ascending."""
         import numpy as np
 
-        inside: list[int] = np.setdiff1d(vertices, self.mesh.unreferenced_vertices).astype(int).tolist()
-        return inside
+        return np.setdiff1d(np.asarray(vertices, dtype=np.int64), self.mesh.unreferenced_vertices)
 
     def expand(self, result: "Result") -> "Result":
         """Return a result on the part as one on the whole mesh, with zeros on the other faces."""

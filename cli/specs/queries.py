@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from geomhw.arrays import Floats, Ints
     from geomhw.mesh.surface_points import SurfacePoints
     from geomhw.mesh.triangle_mesh import TriangleMesh
+    from geomhw_cli.specs.masks import MeshPart
 
 
 #: A function from sets of sources, and the vertices wanted from each or None, to rows of distances.
@@ -115,7 +116,8 @@ class ResolvedQueries:
 
     targets: for each set, the vertices to which distances are wanted. lines: the lines of the file that these stand
     in, for all sets in order. columns: without targets, the vertices to which distances are wanted, by default all.
-    remarks: of `SourceSpecs.resolve`.
+    wanted: for each set, those of its targets or of the columns that are in the part of the mesh where paths stay; None
+    for all vertices. remarks: of `SourceSpecs.resolve`.
     """
 
     count: int
@@ -123,7 +125,17 @@ class ResolvedQueries:
     targets: "Sequence[Ints] | None" = None
     lines: "Ints | None" = None
     columns: "Ints | None" = None
+    wanted: "Sequence[Ints] | None" = None
     remarks: Sequence[str] = ()
+
+    def place(self, part: "MeshPart") -> None:
+        """Find the sources and the wanted vertices in a part of the mesh. Raises FieldError for a source outside."""
+        if self.sets is not None:
+            self.sets = [part.points(points) for points in self.sets]
+        if self.targets is not None:
+            self.wanted = [part.vertices(targets) for targets in self.targets]
+        elif self.columns is not None:
+            self.wanted = [part.vertices(self.columns)] * self.count
 
     def report(self) -> dict[str, str]:
         """Return what identifies the columns in the record of a resumable run."""
@@ -159,7 +171,7 @@ class ResolvedQueries:
 
         from geomhw.mesh.named_points import vertex_points
 
-        wanted = self._wanted(mesh, first, last)
+        wanted = self.wanted and self.wanted[first:last]
         if self.sets is not None:
             rows = rows_of(self.sets[first:last], wanted)
         else:
@@ -172,16 +184,6 @@ class ResolvedQueries:
         if self.targets is None:
             return rows if self.columns is None else np.ascontiguousarray(rows[:, self.columns])
         return np.concatenate([row[to] for row, to in zip(rows, self.targets[first:last], strict=True)])
-
-    def _wanted(self, mesh: "TriangleMesh", first: int, last: int) -> "Sequence[Ints] | None":
-        """The vertices with faces to which distances from each of some sets are wanted; None for all."""
-        import numpy as np
-
-        if self.targets is not None:
-            return [np.setdiff1d(targets, mesh.unreferenced_vertices) for targets in self.targets[first:last]]
-        if self.columns is not None:
-            return [np.setdiff1d(self.columns, mesh.unreferenced_vertices)] * (last - first)
-        return None
 
 
 def _group_by_source(mesh: "TriangleMesh", pairs: Sequence[SourcePair], remarks: list[str]) -> ResolvedQueries:

@@ -12,7 +12,7 @@ import numpy as np
 
 from geomhw.arrays import Floats, Ints
 from geomhw.compiled import compiled_in_place
-from geomhw.geodesic.front import TOUCHED, Extent, Front, empty_front, reset, start, with_more_room
+from geomhw.geodesic.front import TOUCHED, Extent, Front, empty_front, extent_above, reset, start, with_more_room
 from geomhw.geodesic.unfolded_faces import Surface
 from geomhw.geodesic.window_propagation import propagate
 from geomhw.mesh.triangle_mesh import TriangleMesh
@@ -24,20 +24,20 @@ if TYPE_CHECKING:
 TASK = 64
 
 
-class Rows(NamedTuple):
+class RowFiller(NamedTuple):
     """How rows of distances are computed. empty: returns a new front. fill: as `fill_rows`, without the surface."""
 
     empty: Callable[[], Any]
     fill: Callable[..., tuple[int, int]]
 
 
-def exact_rows(surface: Surface) -> Rows:
+def exact_rows(surface: Surface) -> RowFiller:
     """Rows of exact distances."""
-    return Rows(partial(empty_front, surface), partial(fill_rows, surface))
+    return RowFiller(partial(empty_front, surface), partial(fill_rows, surface))
 
 
 def distance_pairs(
-    mesh: TriangleMesh, surface: Surface, rows: Rows, limit: float, part: slice = slice(None)
+    mesh: TriangleMesh, surface: Surface, rows: RowFiller, limit: float, part: slice = slice(None)
 ) -> tuple[Ints, Ints, Floats]:
     """Return rows, columns and distances of all pairs of vertices within a limit, one of each two equal entries.
 
@@ -76,7 +76,9 @@ def _heights(mesh: TriangleMesh, surface: Surface) -> Floats:
     return np.where(front.distance < inf, front.distance, 0.0)
 
 
-def _sparse_rows(rows: Rows, front: Any, sources: Ints, extent: Extent, ranks: Ints) -> tuple[Any, Ints, Ints, Floats]:
+def _sparse_rows(
+    rows: RowFiller, front: Any, sources: Ints, extent: Extent, ranks: Ints
+) -> tuple[Any, Ints, Ints, Floats]:
     """Return the front with all its room, and for each source a count, and the vertices of higher rank in reach with
     their distances.
     """
@@ -106,27 +108,38 @@ def fill_rows(
     end: int,
 ) -> tuple[int, int]:
     """Append rows of distances until all sources are done or room is lacking, in the front or for the next row."""
-    none, no_places, h = sources[:0], surface.points[:0], len(front.waiting)
-    slack = 1e-9 * extent.limit
+    none, no_places = sources[:0], surface.points[:0]
     while done < len(sources):
         v = sources[done]
         if front.counts[TOUCHED] == 0:
             start(front, sources[done : done + 1], 0)
-        height = extent.heights[v] * (1 - 1e-12) - slack
-        if propagate(surface, front, no_places, none, Extent(extent.limit, height, extent.heights), none) < 0:
+        if propagate(surface, front, no_places, none, extent_above(extent, v), none) < 0:
             return done, end
-        first = end
-        for i in front.touched[: front.counts[TOUCHED]]:
-            if i >= h and ranks[i - h] >= ranks[v]:
-                if end < len(columns):
-                    columns[end], values[end] = i - h, front.distance[i - h]
-                end += 1
+        added = append_row(front, len(front.waiting), extent.limit, ranks, ranks[v], columns, values, end)
         reset(front)
-        if end > len(columns):
-            return done, first
-        counts[done] = end - first
-        done += 1
+        if end + added > len(columns):
+            return done, end
+        counts[done] = added
+        done, end = done + 1, end + added
     return done, end
+
+
+@compiled_in_place
+def append_row(
+    front: Any, first: int, limit: float, ranks: Ints, rank: int, columns: Ints, values: Floats, end: int
+) -> int:
+    """Append distances within a limit at vertices of at least some rank, as far as there is room; return their number.
+
+    first: the number of items of a front that come before the vertices.
+    """
+    added = 0
+    for item in front.touched[: front.counts[TOUCHED]]:
+        v = item - first
+        if v >= 0 and ranks[v] >= rank and front.distance[v] <= limit:
+            if end + added < len(columns):
+                columns[end + added], values[end + added] = v, front.distance[v]
+            added += 1
+    return added
 
 
 def symmetric_matrix(rows: Ints, columns: Ints, values: Floats, n: int) -> "csr_array":

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from geomhw.arrays import Floats, Ints
-from geomhw.geodesic.distance_matrix import distance_pairs, exact_rows
+from geomhw.geodesic.distance_matrix import RowFiller, exact_rows
 from geomhw.geodesic.front import ROOM, Extent, Front, empty_front, reached, start, with_more_room
-from geomhw.geodesic.front_distance import NONE, FrontDistance, checked_limit
+from geomhw.geodesic.front_distance import NONE, FrontDistance, checked_limit, final_vertices
 from geomhw.geodesic.unfolded_faces import Surface, triangle
 from geomhw.geodesic.window_propagation import propagate, start_from_edges
 from geomhw.mesh.named_points import vertex_points
@@ -90,13 +90,16 @@ class ExactDistance(FrontDistance):
         front.origin[outside], front.halfedge[outside], front.entry[outside] = outside, -1, 0.0
         return Arrivals(front.distance, front.origin, front.halfedge, front.entry)
 
-    def pairs(self, limit: float = inf, part: slice = slice(None)) -> tuple[Ints, Ints, Floats]:
-        """Return rows, columns and values of `matrix`, one of each two equal entries, of a part of the sources."""
-        return distance_pairs(self.mesh, self.surface, exact_rows(self.surface), checked_limit(limit), part)
-
     def settings(self) -> dict[str, Any]:
         """Return how distances are computed, as plain values for a report."""
         return {"method": "exact"}
+
+    def _before_threads(self) -> None:
+        """Do nothing: what is computed when first needed are single numbers."""
+
+    def _row_filler(self) -> RowFiller:
+        """Return how `pairs` computes rows."""
+        return exact_rows(self.surface)
 
     def _solved(self, sources: SurfacePoints, limit: float, targets: Ints, sides: Ints) -> tuple[Floats, Ints]:
         """Return the distances, and the vertices with one."""
@@ -116,7 +119,4 @@ class ExactDistance(FrontDistance):
         extent = Extent(limit, 0.0, self._heights)
         while (radius := propagate(self.surface, front, places, faces, extent, targets)) < 0:
             front = with_more_room(front)
-        vertices = np.sort(reached(front))
-        final = front.distance[vertices] <= radius
-        front.distance[vertices[~final]] = inf
-        return front, vertices[final]
+        return front, final_vertices(front.distance, reached(front), radius)

@@ -79,6 +79,13 @@ def limit_on_edge(extent: Extent, low: int, high: int, base: float) -> float:
     return extent.limit - max(extent.height - highest, 0.0)
 
 
+@compiled_in_place
+def extent_above(extent: Extent, v: int) -> Extent:
+    """The extent in which distances are wanted at vertices of at least the height of v, up to rounding."""
+    height = extent.heights[v] * (1 - 1e-12) - 1e-9 * extent.limit
+    return Extent(extent.limit, height, extent.heights)
+
+
 def empty_front(surface: Surface, k: int = 0) -> Front:
     """Return a front without sources, with room for k source points. Most memory is used only once it is written to."""
     n, h = len(surface.points), surface.faces.size

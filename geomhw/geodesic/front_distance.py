@@ -11,7 +11,7 @@ import numpy as np
 
 from geomhw.arrays import Floats, Ints
 from geomhw.errors import ArgumentError
-from geomhw.geodesic.distance_matrix import symmetric_matrix
+from geomhw.geodesic.distance_matrix import RowFiller, distance_pairs, symmetric_matrix
 from geomhw.geodesic.unfolded_faces import surface_of
 from geomhw.mesh.inserted_curves import insert_sources
 from geomhw.mesh.named_points import vertex_points
@@ -59,8 +59,8 @@ class FrontDistance(ABC):
         """Return how distances are computed, as plain values for a report."""
 
     @abstractmethod
-    def pairs(self, limit: float = inf, part: slice = slice(None)) -> tuple[Ints, Ints, Floats]:
-        """Return rows, columns and values of `matrix`, one of each two equal entries, of a part of the sources."""
+    def _row_filler(self) -> RowFiller:
+        """Return how `pairs` computes rows."""
 
     @abstractmethod
     def _solved(self, sources: SurfacePoints, limit: float, targets: Ints, sides: Ints) -> tuple[Floats, Ints]:
@@ -68,6 +68,10 @@ class FrontDistance(ABC):
 
         sides: halfedges that are sources, too.
         """
+
+    @abstractmethod
+    def _before_threads(self) -> None:
+        """Compute what threads share and must not compute at the same time."""
 
     def from_vertices(
         self, sources: Sequence[int] | Ints, limit: float = inf, targets: Sequence[int] | Ints = ()
@@ -115,6 +119,7 @@ class FrontDistance(ABC):
 
         targets : for each set, the vertices whose distances are wanted, as in `from_sources`; by default all.
         """
+        self._before_threads()
         rows = np.empty((len(queries), self.mesh.n_vertices))
 
         def compute(k: int) -> None:
@@ -141,6 +146,11 @@ class FrontDistance(ABC):
         (33, np.float64(0.5))
         """
         return symmetric_matrix(*self.pairs(limit), self.mesh.n_vertices)
+
+    def pairs(self, limit: float = inf, part: slice = slice(None)) -> tuple[Ints, Ints, Floats]:
+        """Return rows, columns and values of `matrix`, one of each two equal entries, of a part of the sources."""
+        self._before_threads()
+        return distance_pairs(self.mesh, self.surface, self._row_filler(), checked_limit(limit), part)
 
     def placed(self, points: SurfacePoints) -> tuple[Floats, Ints]:
         """Return coordinates and faces of points within faces; for a duplicate face, the face that it repeats."""
@@ -173,6 +183,15 @@ class FrontDistance(ABC):
         corners = inside[self.mesh.faces]
         beside = (corners.sum(axis=1) == 2) & (self._face_of == np.arange(self.mesh.n_faces))
         return np.flatnonzero(beside[:, None] & ~corners)
+
+
+def final_vertices(distance: Floats, reached: Ints, radius: float) -> Ints:
+    """Return those of some vertices that have a distance within a radius, ascending; set other distances to inf."""
+    vertices = np.sort(reached)
+    final = distance[vertices] <= radius
+    distance[vertices[~final]] = inf
+    final_ones: Ints = vertices[final]
+    return final_ones
 
 
 def checked_limit(limit: float) -> float:

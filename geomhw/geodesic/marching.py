@@ -77,6 +77,15 @@ def empty_march(surface: Surface) -> March:
 
 
 @compiled_in_place
+def raise_to_chords(surface: Surface, march: March, x: float, y: float, z: float) -> None:
+    """Raise distances from one source (x, y, z) to those along the straight line."""
+    for v in march.touched[: march.counts[TOUCHED]]:
+        p = surface.points[v]
+        chord = sqrt((p[0] - x) ** 2 + (p[1] - y) ** 2 + (p[2] - z) ** 2)
+        march.distance[v] = max(march.distance[v], chord)
+
+
+@compiled_in_place
 def reset(march: March) -> None:
     """Remove sources and distances; the time is proportional to their number."""
     for v in march.touched[: march.counts[TOUCHED]]:
@@ -99,16 +108,23 @@ def propagate(surface: Surface, angles: VertexAngles, march: March, within: Exte
         pop(march)
         while done < len(targets) and march.distance[targets[done]] <= key:
             done += 1
-        if 0 < len(targets) == done:
-            limit = 0.0
-            for target in targets:
-                limit = max(limit, march.distance[target])
+            if done == len(targets):
+                limit = _largest(march, targets)
         beyond = key - min(limit, limit_at(within, v))
         if beyond <= 0 or beyond <= _longest(surface, v):
             march.tolerance[v] *= GROWTH
             for h in surface.corners[surface.starts[v] : surface.starts[v + 1]]:
                 _enter(surface, angles, march, np.int64(h), beyond <= 0)
-    return limit
+    return _largest(march, targets) if 0 < len(targets) == done else limit
+
+
+@compiled_in_place
+def _largest(march: March, vertices: Ints) -> float:
+    """Largest distance of some vertices."""
+    largest = 0.0
+    for v in vertices:
+        largest = max(largest, march.distance[v])
+    return largest
 
 
 @compiled_in_place
@@ -162,7 +178,7 @@ def _along(
         direction = edge_angle(angles, at_w, v, other) if is_source or turn >= -STRAIGHT else nan
         bend = march.curvature[v]
         bend = 1 / length if (is_source or turn > STRAIGHT) and length > 0 else bend / (1 + bend * length)
-        offer(angles, march, w, reach, direction, bend)
+        assign(angles, march, w, reach, direction, bend)
 
 
 @compiled_inline
@@ -240,7 +256,8 @@ def _offer_ray(
 ) -> None:
     """Offer the apex over a side a distance by a ray from behind the side.
 
-    Distances fall by no more than the length of the way from p and q to the crossing, which bounds this one from below.
+    Along a path, the distance decreases by at most the length of the path. So the distances of p and q bound this one
+    from below.
     """
     before = max(march.distance[side.p] - at, march.distance[side.q] - side.length + at)
     offer_across(surface, angles, march, side, at, max(reach, before + hypot(side.x - at, side.y)), bend)
@@ -256,7 +273,7 @@ def offer_across(
         inner = atan2(side.y * at, side.y * side.y - side.x * (at - side.x))
         begin = edge_angle(angles, side.at_apex, side.p, side.q)
         end = edge_angle(angles, side.at_apex, side.q, side.p)
-        offer(angles, march, side.apex, reach, begin + inner if end > begin else begin - inner, bend)
+        assign(angles, march, side.apex, reach, begin + inner if end > begin else begin - inner, bend)
 
 
 @compiled_inline
@@ -272,12 +289,11 @@ def _is_less(angles: VertexAngles, march: March, v: int, reach: float, by_ray: b
 
 
 @compiled_inline
-def offer(angles: VertexAngles, march: March, v: int, reach: float, direction: float, bend: float) -> None:
+def assign(angles: VertexAngles, march: March, v: int, reach: float, direction: float, bend: float) -> None:
     """Give a vertex a distance, the direction to the source, NaN for none, and the curvature of the front."""
-    if _is_less(angles, march, v, reach, not isnan(direction)):
-        if march.distance[v] == inf:
-            touch(march, v)
-            march.tolerance[v] = TOLERANCE
-        march.distance[v], march.curvature[v] = reach, bend
-        march.direction[v] = direction if reach > 0 and angles.turns[v] < inf else nan
-        push(march, v, reach)
+    if march.distance[v] == inf:
+        touch(march, v)
+        march.tolerance[v] = TOLERANCE
+    march.distance[v], march.curvature[v] = reach, bend
+    march.direction[v] = direction if reach > 0 and angles.turns[v] < inf else nan
+    push(march, v, reach)

@@ -6,7 +6,7 @@ import numpy as np
 
 from geomhw.arrays import Floats, Ints
 from geomhw.compiled import compiled_in_place
-from geomhw.geodesic.marching import March, Side, offer, offer_across
+from geomhw.geodesic.marching import March, Side, assign, offer_across
 from geomhw.geodesic.unfolded_faces import Surface, triangle
 from geomhw.geodesic.vertex_angles import VertexAngles, lay_out
 
@@ -15,8 +15,9 @@ from geomhw.geodesic.vertex_angles import VertexAngles, lay_out
 def start(surface: Surface, angles: VertexAngles, march: March, vertices: Ints) -> None:
     """Add source vertices."""
     for v in vertices:
-        lay_out(surface, angles, v)
-        offer(angles, march, v, 0.0, nan, 0.0)
+        if march.distance[v] > 0:
+            lay_out(surface, angles, v)
+            assign(angles, march, v, 0.0, nan, 0.0)
         for h in surface.corners[surface.starts[v] : surface.starts[v + 1]]:
             side = _side(surface, np.int64(h))
             _shine(surface, angles, march, side, side.x, side.y)
