@@ -5,7 +5,6 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +19,6 @@ from geomhw.mesh.primitives import icosphere, moebius_band
 from geomhw.results import Result
 from support.hostile import flipped, pinched_meshes
 from support.meshes import book
-from support.ring_sphere import write_ring_sphere
 
 BALL = icosphere(4)
 ENVIRONMENT = os.environ | {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
@@ -210,22 +208,31 @@ def test_refused(arguments: list[str], words: list[str], code: int, folder: Path
     assert {path.name for path in folder.iterdir()} == before
 
 
-def test_killed_rank(tmp_path: Path) -> None:
+KILLED = """
+import os, signal
+import geomhw.distributed
+from geomhw_cli.main import main
+
+distribute = geomhw.distributed.distribute
+
+def distributed(ranks, file):
+    mesh = distribute(ranks, file)
+    if ranks.rank == ranks.size - 1:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return mesh
+
+geomhw.distributed.distribute = distributed
+main()
+"""
+
+
+def test_killed_rank(folder: Path) -> None:
     """When a rank is killed, mpirun ends the others with its exit code; one sentence, and no file is left."""
-    write_ring_sphere(tmp_path / "big.ply", 300)
-    run = subprocess.Popen(
-        command(2, "big.ply", "-o", "a.pvtu"), cwd=tmp_path, env=ENVIRONMENT, stderr=subprocess.PIPE, text=True
-    )
-    children = Path(f"/proc/{run.pid}/task/{run.pid}/children")
-    end = time.monotonic() + 60
-    ranks: list[str] = []
-    while not (ranks and all("libpetsc" in Path(f"/proc/{rank}/maps").read_text() for rank in ranks)):
-        assert time.monotonic() < end
-        time.sleep(0.1)
-        ranks = children.read_text().split()
-    time.sleep(2)
-    os.kill(int(ranks[-1]), signal.SIGKILL)
-    (sentence,) = sentences(run.communicate(timeout=60)[1])
+    words = command(2, "ball.ply", "-o", "a.pvtu")
+    start = words.index("-m")
+    words[start : start + 2] = ["-c", KILLED]
+    run = subprocess.run(words, cwd=folder, env=ENVIRONMENT, capture_output=True, text=True, timeout=60)
+    (sentence,) = sentences(run.stderr)
     assert "killed" in sentence
     assert run.returncode == 128 + signal.SIGKILL
-    assert [path.name for path in tmp_path.iterdir()] == ["big.ply"]
+    assert [path.name for path in folder.iterdir()] == ["ball.ply"]
